@@ -1,0 +1,287 @@
+//! From where it is seen: the camera, and a camera together with an image size.
+//!
+//! Everything here is the f64 numbers of the contract, unrounded; the orthonormal axes, which are irrational in general,
+//! are made by [`crate::exact::axes`]. The spaces: *world* is the scene's own; *view* has its origin at the camera,
+//! x along `right`, y along `up`, z (the depth) along the view direction, in world units.
+
+use glam::DVec3;
+
+use crate::scene::Bounds;
+
+/// The largest image, in pixels a side.
+pub const MAX_SIDE: u32 = 32768;
+
+/// How rays run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Projection {
+    /// All rays along the view direction, from the image plane through the origin.
+    Orthographic,
+    /// All rays from the origin, through the image plane at distance 1.
+    Perspective,
+}
+
+/// Size of the screen: in world units (orthographic), or at distance 1 (perspective).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScreenSize {
+    /// Width; the height follows from the aspect of the image, unrounded.
+    Width(f64),
+    /// Height; the width follows from the aspect of the image, unrounded.
+    Height(f64),
+    /// Both; pixels need not be square.
+    Both {
+        /// Width.
+        width: f64,
+        /// Height.
+        height: f64,
+    },
+}
+
+/// A camera as it is given: its numbers are exact, its axes follow from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Orthographic or perspective.
+    pub projection: Projection,
+    /// Position, in world units.
+    pub origin: DVec3,
+    /// View direction, of any length but zero.
+    pub view: DVec3,
+    /// Which way is up, not parallel to `view`.
+    pub up: DVec3,
+    /// Size of the screen.
+    pub size: ScreenSize,
+    /// Nearest distance that is seen, included.
+    pub near: f64,
+    /// Farthest distance that is seen, included; infinity for none.
+    pub far: f64,
+}
+
+/// Why numbers are not a camera.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum CameraError {
+    /// A number is NaN or infinite.
+    #[error("{0} is not finite; give finite numbers")]
+    NotFinite(&'static str),
+    /// The view direction is zero.
+    #[error("the view direction is zero; give any other vector, such as [1.0, 0.0, 0.0]")]
+    ZeroView,
+    /// Up and view are parallel (or up is zero).
+    #[error("up is parallel to the view direction; give an up that points another way")]
+    UpParallel,
+    /// The screen has no size.
+    #[error("the screen's {what} is {value}; give a positive number")]
+    Size {
+        /// `width` or `height`.
+        what: &'static str,
+        /// The number found.
+        value: f64,
+    },
+    /// Clip planes out of order.
+    #[error("near is {near} and far is {far}; near must be at least 0 and less than far")]
+    Planes {
+        /// Near.
+        near: f64,
+        /// Far.
+        far: f64,
+    },
+}
+
+impl Camera {
+    /// An orthographic camera with a square 10 x 10 screen and no far plane, as the scene file's defaults have it.
+    pub fn orthographic(origin: DVec3, view: DVec3) -> Self {
+        Self {
+            projection: Projection::Orthographic,
+            origin,
+            view,
+            up: DVec3::Z,
+            size: ScreenSize::Both { width: 10.0, height: 10.0 },
+            near: 0.0,
+            far: f64::INFINITY,
+        }
+    }
+
+    /// Whether these numbers are a camera.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn check(&self) -> Result<(), CameraError> {
+        for (name, vector) in [("origin", self.origin), ("view", self.view), ("up", self.up)] {
+            if !vector.is_finite() {
+                return Err(CameraError::NotFinite(name));
+            }
+        }
+        if self.view == DVec3::ZERO {
+            return Err(CameraError::ZeroView);
+        }
+        if crate::exact::axes::parallel(self.view, self.up) {
+            return Err(CameraError::UpParallel);
+        }
+        let side = |what, value: f64| {
+            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(CameraError::Size { what, value }) }
+        };
+        match self.size {
+            ScreenSize::Width(width) => side("width", width)?,
+            ScreenSize::Height(height) => side("height", height)?,
+            ScreenSize::Both { width, height } => {
+                side("width", width)?;
+                side("height", height)?;
+            }
+        }
+        let (near, far) = (self.near, self.far);
+        if !(near.is_finite() && near >= 0.0 && near < far) {
+            return Err(CameraError::Planes { near, far });
+        }
+        Ok(())
+    }
+
+    /// A camera that sees the whole of a scene: orthographic, from above the (1, 1) corner, for a file without `[camera]`.
+    pub fn framing(bounds: Bounds, image: ImageSize) -> Self {
+        let view = DVec3::new(-1.0, -1.0, -0.75);
+        let mut camera = Self::orthographic(DVec3::ZERO, view);
+        camera.frame(bounds, image);
+        camera
+    }
+
+    /// Moves the camera along its view direction, and sizes its screen, so that everything inside `bounds` is seen.
+    pub fn frame(&mut self, bounds: Bounds, image: ImageSize) {
+        let center = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
+        let half = 0.5 * bounds.max_center - 0.5 * bounds.min_center;
+        let reach = half.length() + bounds.max_radius;
+        let reach = if reach > 0.0 && reach.is_finite() { reach } else { 1.0 };
+        let direction = (self.view / self.view.abs().max_element()).normalize();
+        let side = 2.0 * reach * 1.05;
+        let narrow = f64::from(image.width.min(image.height));
+        let distance = match self.projection {
+            Projection::Orthographic => {
+                self.size =
+                    if image.width <= image.height { ScreenSize::Width(side) } else { ScreenSize::Height(side) };
+                2.0 * reach
+            }
+            Projection::Perspective => {
+                // The sphere of radius `reach` touches a cone of half angle a at distance reach / sin a.
+                let view = View::new(*self, image);
+                let half_tan = 0.5 * narrow * view.pitch_x.to_f64().min(view.pitch_y.to_f64());
+                1.05 * reach * (1.0 + half_tan * half_tan).sqrt() / half_tan
+            }
+        };
+        self.origin = center - distance * direction;
+        self.near = 0.0;
+        self.far = f64::INFINITY;
+    }
+}
+
+/// Image size in pixels, each side 1 to [`MAX_SIDE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ImageSize {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl ImageSize {
+    /// Columns times rows.
+    pub fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// A part of an image: the pixels `x .. x + width`, `y .. y + height` of the whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Region {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Region {
+    /// The whole of an image.
+    pub fn whole(image: ImageSize) -> Self {
+        Self { x: 0, y: 0, width: image.width, height: image.height }
+    }
+
+    /// Columns times rows.
+    pub fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// Size of one pixel on the screen, exactly `length / divisor`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pitch {
+    /// Length of a side of the screen.
+    pub length: f64,
+    /// Number of pixels on that side.
+    pub divisor: u32,
+}
+
+impl Pitch {
+    /// The nearest f64 (away from overflow and underflow).
+    pub fn to_f64(self) -> f64 {
+        self.length / f64::from(self.divisor)
+    }
+}
+
+/// A camera and an image size: every sample point of the picture, exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The camera.
+    pub camera: Camera,
+    /// The whole image, also when only a region of it is drawn.
+    pub image: ImageSize,
+    /// Width of a pixel.
+    pub pitch_x: Pitch,
+    /// Height of a pixel.
+    pub pitch_y: Pitch,
+}
+
+/// A ray in world space, rounded to f64: `origin + t direction`, `t` the distance along the view direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where `t` is 0.
+    pub origin: DVec3,
+    /// Unit vector (orthographic), or the vector whose depth is 1 (perspective).
+    pub direction: DVec3,
+}
+
+impl View {
+    /// Joins a checked camera and an image size.
+    pub fn new(camera: Camera, image: ImageSize) -> Self {
+        let (across, down) = (image.width, image.height);
+        let (pitch_x, pitch_y) = match camera.size {
+            ScreenSize::Width(length) => (Pitch { length, divisor: across }, Pitch { length, divisor: across }),
+            ScreenSize::Height(length) => (Pitch { length, divisor: down }, Pitch { length, divisor: down }),
+            ScreenSize::Both { width, height } => {
+                (Pitch { length: width, divisor: across }, Pitch { length: height, divisor: down })
+            }
+        };
+        Self { camera, image, pitch_x, pitch_y }
+    }
+
+    /// `2 i + 1 - width`: the sample of column `i` lies at exactly `odd_x(i) * pitch_x / 2` on the screen.
+    pub fn odd_x(&self, column: u32) -> i32 {
+        2 * column as i32 + 1 - self.image.width as i32
+    }
+
+    /// `height - 1 - 2 j`: the sample of row `j` lies at exactly `odd_y(j) * pitch_y / 2` on the screen.
+    pub fn odd_y(&self, row: u32) -> i32 {
+        self.image.height as i32 - 1 - 2 * row as i32
+    }
+
+    /// The ray of pixel (`column`, `row`) in world space, each number within a few units in the last place.
+    pub fn ray(&self, column: u32, row: u32) -> Ray {
+        let axes = crate::exact::axes::Axes::new(&self.camera);
+        let [right, up, forward] = [axes.right, axes.up, axes.forward].map(crate::exact::axes::Axis::nearest);
+        let x = 0.5 * f64::from(self.odd_x(column)) * self.pitch_x.to_f64();
+        let y = 0.5 * f64::from(self.odd_y(row)) * self.pitch_y.to_f64();
+        let on_screen = x * right + y * up;
+        match self.camera.projection {
+            Projection::Orthographic => Ray { origin: self.camera.origin + on_screen, direction: forward },
+            Projection::Perspective => Ray { origin: self.camera.origin, direction: forward + on_screen },
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Pictures of spheres in which every pixel is exactly right.
+pub mod camera;
+pub mod exact;
+pub mod render;
+pub mod scene;

@@ -1,0 +1,108 @@
+//! A device draws a scene: the one entry for every caller.
+
+use crate::{
+    camera::{Region, View},
+    scene::Scene,
+};
+
+/// Which device to take.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// A hardware GPU if there is one, else the CPU.
+    Auto,
+    /// Any adapter, the software one included.
+    Gpu,
+    /// The native path; needs no driver.
+    Cpu,
+    /// The adapter whose name contains this, in any case.
+    Named(String),
+}
+
+/// Why there is no device.
+#[derive(Debug, thiserror::Error)]
+pub enum DeviceError {
+    /// No adapter fits; says what was tried and what to install.
+    #[error("{0}")]
+    NoAdapter(String),
+}
+
+/// Why a picture could not be drawn on a device that was opened.
+#[derive(Debug, thiserror::Error)]
+pub enum DrawError {
+    /// The device failed; its own words.
+    #[error("the device failed: {0}")]
+    Device(String),
+    /// It cannot fit into memory; says what is needed.
+    #[error("{0}")]
+    Memory(String),
+}
+
+/// What was done for a picture, for `--stats`.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct Counts {
+    /// Spheres in the scene.
+    pub spheres: usize,
+    /// Pixels of the picture.
+    pub pixels: usize,
+    /// Entries of tile lists.
+    pub entries: usize,
+    /// Pixels (or pixel and sphere pairs) that the filter left to be decided.
+    pub undecided: usize,
+    /// Of these, decided by exact integers after 100-bit arithmetic did not tell.
+    pub exact: usize,
+}
+
+/// Milliseconds of the steps of a picture.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct Times {
+    /// Spheres into view space, culling, tile lists, uploads.
+    pub prepare: f64,
+    /// The filter: nearest sphere at every pixel, and on the CPU the decisions.
+    pub render: f64,
+    /// Ids back from the device; 0 on the CPU.
+    pub read_back: f64,
+    /// Decisions for the pixels that the GPU's filter left over; on the CPU part of `render`.
+    pub decide: f64,
+}
+
+/// The nearest sphere at every pixel of a region.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// Which part of the image.
+    pub region: Region,
+    /// Row by row from the top: index of the nearest sphere, -1 for none.
+    pub ids: Vec<i32>,
+    /// What was done.
+    pub counts: Counts,
+    /// How long it took.
+    pub times: Times,
+}
+
+/// An opened device.
+pub enum Device {
+    /// The native path.
+    Cpu,
+}
+
+impl Device {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// When none fits.
+    pub fn open(_choice: &DeviceChoice) -> Result<Self, DeviceError> {
+        Ok(Self::Cpu)
+    }
+
+    /// The device in words, for people.
+    pub fn description(&self) -> String {
+        "cpu".into()
+    }
+
+    /// Draws a region of a view of a scene.
+    ///
+    /// # Errors
+    /// When the device fails or memory does not suffice.
+    pub fn draw(&mut self, _scene: &Scene, _view: &View, _region: Region) -> Result<Drawing, DrawError> {
+        Err(DrawError::Device("not built yet".into()))
+    }
+}
