@@ -1,5 +1,7 @@
 //! Pictures of spheres in which every pixel is exactly right.
 pub mod camera;
 pub mod exact;
+pub mod fov;
+pub mod load;
 pub mod render;
 pub mod scene;
