@@ -2,6 +2,8 @@
 pub mod camera;
 pub mod exact;
 pub mod fov;
+pub mod frame;
 pub mod load;
+pub mod output;
 pub mod render;
 pub mod scene;
