@@ -3,9 +3,11 @@
 //! Everything follows from the ids and the scene, the same on every machine. This module knows no devices and no files:
 //! it writes into any [`std::io::Write`].
 
+mod depth;
 mod npy;
 mod png;
 
+pub use depth::depth_plane;
 pub use npy::{write_f32, write_i32};
 pub use png::write_png;
 
