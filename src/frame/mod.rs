@@ -8,7 +8,7 @@ mod npy;
 mod png;
 
 pub use depth::depth_plane;
-pub use npy::{write_f32, write_i32};
+pub use npy::{header as npy_header, write_f32, write_i32};
 pub use png::write_png;
 
 use rayon::prelude::*;

@@ -38,8 +38,8 @@ fn write<T: bytemuck::Pod>(
     Ok(())
 }
 
-/// Magic, version, and the dict that NumPy reads, filled up so that the numbers begin at a multiple of 64 bytes.
-pub(crate) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
+/// The header of an array: magic, version, and the dict that NumPy reads, filled up so that the numbers begin at a multiple of 64 bytes.
+pub fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     let axes: String = shape.iter().map(|n| format!("{n}, ")).collect();
     // NumPy itself writes (3,) and (2, 3).
     let axes = if shape.len() == 1 { axes.trim_end() } else { axes.trim_end_matches([',', ' ']) };

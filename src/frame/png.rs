@@ -110,7 +110,7 @@ impl Palette {
             a.dedup();
             (a.len() <= 256).then_some((a, n + m))
         };
-        let (colors, changes) = ids.par_chunks(1 << 16).map(part).try_reduce(|| (Vec::new(), 0), |a, b| merge(a, b))?;
+        let (colors, changes) = ids.par_chunks(1 << 16).map(part).try_reduce(|| (Vec::new(), 0), merge)?;
         Some(Self { colors, busy: changes > ids.len() / 4 })
     }
 
