@@ -83,7 +83,7 @@ pub(super) struct RenderArgs {
 
     /// Draw only a part of the image: column and row of its top left pixel, and its size
     ///
-    /// The output has the size of the part, and equals that part of the whole image byte for byte.
+    /// The output has the size of the part, and equals that part of the whole image pixel for pixel.
     #[arg(long, value_name = "x,y,w,h", value_parser = parse_region)]
     region: Option<Region>,
 
