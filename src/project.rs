@@ -276,7 +276,7 @@ mod tests {
                 assert!(
                     distance(slope) >= r && distance(slope) <= r + 1e-5 * (1.0 + x.abs() + z) * (1.0 + x.abs() / z)
                 );
-                assert!(distance(slope + inward * 1e-4 * (1.0 + slope.abs())) < distance(slope));
+                assert!(distance(slope + inward * 0.1 * (high - low)) < distance(slope));
             }
         }
         assert_eq!(slopes(0.0, 1.0, 1.0), [f64::NEG_INFINITY, f64::INFINITY]);
