@@ -82,6 +82,13 @@ impl Bounded {
         self.high
     }
 
+    /// A lower and an upper bound; infinite after an overflow.
+    pub fn bounds(self) -> [f64; 2] {
+        let off = (self.error + self.high.abs() * (2.0 * f64::EPSILON)) * UP;
+        let (low, high) = (self.high - off, self.high + off);
+        if low <= high { [low, high] } else { [f64::NEG_INFINITY, f64::INFINITY] }
+    }
+
     /// Square.
     pub fn square(self) -> Self {
         self * self

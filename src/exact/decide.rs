@@ -97,6 +97,11 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// Bounds of `t |dir|^2` in view lengths, where `dir` has depth 1 (`|dir| = 1` for parallel rays).
+    pub fn interval(&self) -> [f64; 2] {
+        self.y.bounds()
+    }
+
     /// Which wall is seen.
     pub fn root(&self) -> Root {
         self.root
@@ -155,6 +160,11 @@ impl Truth {
     /// The camera's axes.
     pub fn axes(&self) -> &Axes {
         &self.axes
+    }
+
+    /// World lengths times this power of two are the lengths of view space; 1 unless the scene is extreme.
+    pub fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// The decisions of one pixel.
