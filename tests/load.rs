@@ -275,10 +275,32 @@ fn many_single_spheres_load_fast() {
     let sphere =
         |k: usize| format!("[[sphere]]\ncenter = [{k}.5, {}, 0.25]\nradius = 0.5\ncolor = '#123456'\n", k % 97);
     let text: String = (0..100_000).map(sphere).collect();
+    let load = |text: &str| planisphere::load::from_text("test", text, Path::new(""));
     let start = std::time::Instant::now();
-    let loaded = planisphere::load::from_text("test", &text, std::path::Path::new("")).unwrap();
-    assert_eq!(loaded.scene.len(), 100_000);
-    // Some 0.15 s on a machine of 2020; a quadratic step would take minutes.
-    assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+    let loaded = load(&text).unwrap();
     println!("{:?}", start.elapsed());
+    assert_eq!(loaded.scene.len(), 100_000);
+    // Some 0.15 s on two cores; a quadratic step would take minutes.
+    assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+    assert!((0..100_000).step_by(997).all(|k| loaded.scene.sphere(k).center.x == k as f64 + 0.5));
+
+    // Faults are found at their places, wherever they are: in a sphere, in another table, in the TOML.
+    let place = |text: &str, wanted: &str| {
+        let message = load(text).err().expect("refused").to_string();
+        assert!(message.contains(wanted), "{message}");
+    };
+    place(&text.replacen("center = [77777.5", "center = [nan", 1), "test:311110:11\n");
+    place(&text.replacen("center = [77777.5", "centre = [1", 1), "test:311110:1\n");
+    place(&format!("{text}[camera]\nview = [0, 0, 0]"), "test:400002:8\n");
+    place(&format!("[image]\nwidth = 0\n{text}"), "test:2:9\n");
+    place(&text.replacen("radius = 0.5\n", "radius = 0.5\nradius = 0.5\n", 1), "test:4:1\n");
+    place(&format!("sphere = []\n{text}"), "test:2:3\n");
+    // A string over several lines may hold what looks like a table.
+    let comment = "color = \"\"\"\n[[sphere]]\n[image]\n\"\"\"\n";
+    place(&text.replacen("color = '#123456'\n", comment, 1), "test:4:9\n");
+    // Tables of other kinds in between.
+    let mixed = text.replacen("[[sphere]]\ncenter = [5000.5", "[image]\nwidth = 7\n[[sphere]]\ncenter = [5000.5", 1);
+    let mixed = load(&mixed).unwrap();
+    assert_eq!((mixed.scene.len(), mixed.image.width), (100_000, 7));
+    assert_eq!(mixed.scene.sphere(5001).center.x, 5001.5);
 }
