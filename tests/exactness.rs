@@ -11,8 +11,18 @@ fn timing() {
         match r {
             Ok(ids) => {
                 let hit = ids.iter().filter(|&&i| i >= 0).count();
-                let mut u = ids.clone(); u.sort(); u.dedup();
-                println!("{t:8.1} ms {:7}/{:7} px {:5} kinds {:9} pairs {:?} | {}", hit, ids.len(), u.len(), case.scene.len()*ids.len(), judge.effort, case.name);
+                let mut u = ids.clone();
+                u.sort();
+                u.dedup();
+                println!(
+                    "{t:8.1} ms {:7}/{:7} px {:5} kinds {:9} pairs {:?} | {}",
+                    hit,
+                    ids.len(),
+                    u.len(),
+                    case.scene.len() * ids.len(),
+                    judge.effort,
+                    case.name
+                );
             }
             Err(_) => println!("PANIC {t} {}", case.name),
         }

@@ -108,27 +108,29 @@ impl Corpus {
     }
 }
 
-/// A camera along +x, z up, whose samples are `pitch` apart.
+/// A camera along +x, z up, whose samples are `pitch` apart; those of a perspective camera at a distance of `reach`.
 #[derive(Clone, Copy)]
 struct Grid {
     origin: DVec3,
     image: ImageSize,
     pitch: f64,
+    reach: f64,
     near: f64,
     far: f64,
 }
 
 impl Grid {
     fn new(side: u32) -> Self {
-        Self { origin: DVec3::ZERO, image: pixels(side, side), pitch: 1.0, near: 0.0, far: f64::INFINITY }
+        Self { origin: DVec3::ZERO, image: pixels(side, side), pitch: 1.0, reach: 4.0, near: 0.0, far: f64::INFINITY }
     }
 
     fn camera(self, projection: Projection) -> Camera {
         let mut camera = Camera::orthographic(self.origin, DVec3::X);
         camera.projection = projection;
+        let pitch = if projection == Projection::Perspective { self.pitch / self.reach } else { self.pitch };
         camera.size = ScreenSize::Both {
-            width: self.pitch * f64::from(self.image.width),
-            height: self.pitch * f64::from(self.image.height),
+            width: pitch * f64::from(self.image.width),
+            height: pitch * f64::from(self.image.height),
         };
         (camera.near, camera.far) = (self.near, self.far);
         camera
@@ -164,7 +166,12 @@ fn distant(corpus: &mut Corpus) {
         for (k, view) in VIEWS.into_iter().enumerate().skip(1) {
             if k == 1 || k == 4 {
                 let look = Look { at: DVec3::ZERO, view, distance, height: 2.6 };
-                corpus.look(&format!("unit sphere {distance:e} away, view {k}, seed 1"), &spheres, look, pixels(48, 48));
+                corpus.look(
+                    &format!("unit sphere {distance:e} away, view {k}, seed 1"),
+                    &spheres,
+                    look,
+                    pixels(48, 48),
+                );
             }
         }
     }
@@ -173,7 +180,11 @@ fn distant(corpus: &mut Corpus) {
         for gap in [0.095, 0.1, 0.1f64.next_up(), 0.105] {
             let mut grid = Grid::new(1);
             grid.origin = DVec3::new(-distance, gap, 0.0);
-            corpus.grid(&format!("radius 0.1, ray {gap} aside from {distance:e}"), &scene(&[ball(DVec3::ZERO, 0.1)]), grid);
+            corpus.grid(
+                &format!("radius 0.1, ray {gap} aside from {distance:e}"),
+                &scene(&[ball(DVec3::ZERO, 0.1)]),
+                grid,
+            );
         }
     }
     // A dark ring at the limb: eye 796,800, sphere at 800,000, 4 degrees.
@@ -198,7 +209,12 @@ fn offset(corpus: &mut Corpus) {
     }
     // A step between numbers that not even f64 takes without rounding: 2^30 apart, with 53 bits each.
     let spheres: Vec<_> = (0..40)
-        .map(|_| ball(DVec3::new(random.between(0.5, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0)) * 1e-3, 2e-4))
+        .map(|_| {
+            ball(
+                DVec3::new(random.between(0.5, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0)) * 1e-3,
+                2e-4,
+            )
+        })
         .collect();
     let look = Look { at: DVec3::ZERO, view: VIEWS[2], distance: 1_073_741_827.3, height: 2e-3 };
     corpus.look("tiny, from 2^30 away, seed 2", &scene(&spheres), look, pixels(24, 24));
@@ -208,7 +224,8 @@ fn offset(corpus: &mut Corpus) {
 fn huge(corpus: &mut Corpus) {
     let mut random = Random::new(3);
     let ground = 6.4e6;
-    let mut spheres = vec![ball(DVec3::new(0.0, 0.0, -ground), ground), ball(DVec3::new(0.0, 0.0, -6.36e6), 6.36e6 + 1.0)];
+    let mut spheres =
+        vec![ball(DVec3::new(0.0, 0.0, -ground), ground), ball(DVec3::new(0.0, 0.0, -6.36e6), 6.36e6 + 1.0)];
     spheres.extend((0..60).map(|_| {
         let radius = random.between(0.1, 1.0);
         ball(DVec3::new(random.between(3.0, 60.0), random.between(-20.0, 20.0), radius), radius)
@@ -221,17 +238,20 @@ fn huge(corpus: &mut Corpus) {
         camera.size = ScreenSize::Height(0.7);
         corpus.add(format!("planet, {name}, perspective, seed 3"), &scene(&spheres), camera, pixels(64, 48));
     }
-    // Radius in pixels; the surfaces cross in the picture, half a pixel in depth apart.
+    // Radius in pixels. All surfaces pass the middle of the picture within a fifth of a pixel, each a little tilted.
     for radius in [1e5, 1e9] {
-        for (k, view) in [VIEWS[0], VIEWS[2]].into_iter().enumerate() {
-            let spheres: Vec<_> = (0..30)
-                .map(|_| {
-                    let push = DVec3::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5), random.between(-0.5, 0.5));
-                    ball(view.normalize() * radius + push * if radius < 1e6 { 1.0 } else { 8.0 }, radius)
-                })
-                .collect();
-            let look = Look { at: DVec3::ZERO, view, distance: 1000.0, height: 40.0 };
-            corpus.look(&format!("radius {radius:e} px, view {k}, seed 3"), &scene(&spheres), look, pixels(40, 40));
+        for (k, view) in [VIEWS[0], VIEWS[2], VIEWS[4]].into_iter().enumerate() {
+            for tilt in [0.02, 1e-6] {
+                let spheres: Vec<_> = (0..60)
+                    .map(|_| {
+                        let normal = (view.normalize() + random.ball() * tilt).normalize();
+                        ball(normal * radius + random.ball() * (5.0 * tilt), radius)
+                    })
+                    .collect();
+                let look = Look { at: DVec3::ZERO, view, distance: 1000.0, height: 40.0 };
+                let name = format!("radius {radius:e} px, tilted by {tilt:e}, view {k}, seed 3");
+                corpus.look(&name, &scene(&spheres), look, pixels(40, 40));
+            }
         }
     }
     // Larger than the world, and smaller than a millionth of a pixel, exactly at samples and just beside.
@@ -244,7 +264,7 @@ fn huge(corpus: &mut Corpus) {
         spheres.push(ball(DVec3::new(depth, y * depth + aside, z * depth), radius));
         spheres.push(ball(DVec3::new(depth + 0.5, y, z + aside), radius));
     }
-    corpus.grid("under a millionth of a pixel, seed 3", &scene(&spheres), Grid::new(15));
+    corpus.grid("under a millionth of a pixel, seed 3", &scene(&spheres), Grid { reach: 1.0, ..Grid::new(15) });
 }
 
 /// Spheres that all but agree.
@@ -253,9 +273,12 @@ fn coincident(corpus: &mut Corpus) {
     let spheres: Vec<_> = (0..200).map(|_| ball(random.ball() * 1e-3, 500.0)).collect();
     for (k, view) in VIEWS.into_iter().enumerate().take(3) {
         let side = view.cross(DVec3::Z).normalize();
-        for (place, aside) in [("middle", 0.0), ("limb", 490.0)] {
-            let look = Look { at: side * aside, view, distance: 4000.0, height: 32.0 };
-            corpus.look(&format!("200 near-coincident, {place}, view {k}, seed 4"), &scene(&spheres), look, pixels(32, 32));
+        for (place, aside, height, side_pixels) in
+            [("middle", 0.0, 32.0, 32), ("limb", 490.0, 32.0, 32), ("whole", 0.0, 1100.0, 80)]
+        {
+            let look = Look { at: side * aside, view, distance: 4000.0, height };
+            let name = format!("200 near-coincident, {place}, view {k}, seed 4");
+            corpus.look(&name, &scene(&spheres), look, pixels(side_pixels, side_pixels));
         }
     }
     for (name, gap) in [("4e-5", 4e-5), ("2^-50", two_to(-50)), ("2^-52", two_to(-52))] {
@@ -265,7 +288,12 @@ fn coincident(corpus: &mut Corpus) {
                 let mut shells = vec![ball(center, 1.0), ball(center, 1.0 + gap), ball(center, 1.0 - gap)];
                 shells.rotate_left(order);
                 let look = Look { at: center, view, distance: 5.0, height: 2.5 };
-                corpus.look(&format!("shells 1 and 1 + {name}, order {order}, view {k}"), &scene(&shells), look, pixels(32, 32));
+                corpus.look(
+                    &format!("shells 1 and 1 + {name}, order {order}, view {k}"),
+                    &scene(&shells),
+                    look,
+                    pixels(32, 32),
+                );
             }
         }
     }
@@ -282,33 +310,38 @@ fn coincident(corpus: &mut Corpus) {
         corpus.look(&format!("neighbours in f64, view {k}, seed 4"), &scene(&spheres), look, pixels(16, 16));
     }
     // Two bundles whose seam is a line in the picture.
-    let spheres = [ball([-0.3, 0.0, 0.0], 1.0), ball([0.3, 0.0, 0.0], 1.0), ball([0.0, 0.3, 0.0], 1.0), ball([0.0, -0.3, 0.0], 1.0)];
+    let spheres = [
+        ball([-0.3, 0.0, 0.0], 1.0),
+        ball([0.3, 0.0, 0.0], 1.0),
+        ball([0.0, 0.3, 0.0], 1.0),
+        ball([0.0, -0.3, 0.0], 1.0),
+    ];
     for (k, view) in [DVec3::new(0.0, 1.0, -0.5), DVec3::new(0.0, 1e-3, -1.0)].into_iter().enumerate() {
         let look = Look { at: DVec3::ZERO, view, distance: 5.0, height: 2.6 };
         corpus.look(&format!("seams, view {k}"), &scene(&spheres), look, pixels(65, 65));
     }
 }
 
-/// Spheres of an FCC lattice of `cells`, touching their neighbours.
-fn fcc(cells: i32, scale: f64) -> Vec<Sphere> {
-    let mut spheres = Vec::new();
-    for (x, y, z) in (0..cells.pow(3)).map(|k| (k % cells, k / cells % cells, k / cells / cells)) {
-        for (a, b, c) in [(0, 0, 0), (1, 1, 0), (1, 0, 1), (0, 1, 1)] {
-            let at = DVec3::new((2 * x + a).into(), (2 * y + b).into(), (2 * z + c).into());
-            // Neighbours are sqrt 2 apart: half of that, rounded, touches or misses by less than can be seen.
-            spheres.push(ball(at * scale, scale * 0.5f64.sqrt()));
-        }
-    }
-    spheres
+/// Spheres of an FCC lattice of `cells` on each side of the middle, whose nearest neighbours are `2 sqrt 2 scale` apart.
+fn fcc(cells: i32, scale: f64, radius: f64) -> Vec<Sphere> {
+    let side = 2 * cells + 1;
+    (0..side.pow(3))
+        .map(|k| [k % side - cells, k / side % side - cells, k / side / side - cells])
+        .filter(|at| at.iter().sum::<i32>() % 2 == 0)
+        .map(|at| ball(DVec3::from_array(at.map(f64::from)) * (2.0 * scale), radius * scale))
+        .collect()
 }
 
 /// Lattices, on which many pixels are true ties.
 fn lattices(corpus: &mut Corpus) {
     let views = [DVec3::X, DVec3::new(0.0, 1.0, 1.0), DVec3::ONE, VIEWS[1], VIEWS[2], VIEWS[4]];
     for (k, view) in views.into_iter().enumerate() {
-        for (name, scale) in [("whole", 1.0), ("tenths", 0.1)] {
-            let look = Look { at: DVec3::splat(3.5 * scale), view, distance: 16.0 * scale, height: 10.0 * scale };
-            corpus.look(&format!("FCC, {name}, view {k}"), &scene(&fcc(4, scale)), look, pixels(50, 40));
+        // Touching in f64 (as nearly as it can), and overlapping: then whole rows of pixels lie on a seam.
+        for (name, scale, radius) in [("touching", 1.0, 2f64.sqrt()), ("overlapping", 1.0, 2.0), ("tenths", 0.1, 1.75)]
+        {
+            let look = Look { at: DVec3::ZERO, view, distance: 24.0 * scale, height: 12.25 * scale };
+            let name = format!("FCC, {name}, view {k}");
+            corpus.look(&name, &scene(&fcc(2, scale, radius)), look, pixels(51, 49));
         }
     }
     // Whole-number spheres under whole-number samples: ties in plenty, tangents too.
@@ -365,7 +398,8 @@ fn ties(corpus: &mut Corpus) {
         let across = view.cross(DVec3::Z);
         let mut spheres = Vec::new();
         for _ in 0..40 {
-            let (a, b, c) = (random.whole(2, 5) as f64, random.whole(0, 4) as f64 / 4.0, random.whole(-8, 8) as f64 / 4.0);
+            let (a, b, c) =
+                (random.whole(2, 5) as f64, random.whole(0, 4) as f64 / 4.0, random.whole(-8, 8) as f64 / 4.0);
             let radius = random.whole(4, 12) as f64 / 4.0;
             for side in [b, -b] {
                 spheres.push(ball(view * (a * 2.0) + across * side + DVec3::Z * c, radius));
@@ -390,12 +424,18 @@ fn ties(corpus: &mut Corpus) {
     grid.pitch = 1.0;
     corpus.grid("fronts at one depth", &scene(&spheres), grid);
     // Two spheres that touch in a point that a sample's ray passes, side by side and one behind the other.
-    for (name, axis) in [("beside", DVec3::Y), ("above", DVec3::Z), ("behind", DVec3::X), ("askew", DVec3::new(0.6, 0.8, 0.0))] {
+    for (name, axis) in
+        [("beside", DVec3::Y), ("above", DVec3::Z), ("behind", DVec3::X), ("askew", DVec3::new(0.6, 0.8, 0.0))]
+    {
         for radius in [1.0, 2.0] {
             let at = DVec3::new(8.0, 0.0, 0.0);
             let spheres = [ball(at + axis * radius, radius), ball(at - axis * radius, radius)];
             corpus.grid(&format!("touching {name}, radius {radius}"), &scene(&spheres), Grid::new(5));
-            corpus.grid(&format!("touching {name}, radius {radius}, swapped"), &scene(&[spheres[1], spheres[0]]), Grid::new(5));
+            corpus.grid(
+                &format!("touching {name}, radius {radius}, swapped"),
+                &scene(&[spheres[1], spheres[0]]),
+                Grid::new(5),
+            );
         }
     }
 }
@@ -416,10 +456,20 @@ fn tangents(corpus: &mut Corpus) {
                 }
             }
             let mut camera = Grid { pitch: scale, ..Grid::new(11) }.camera(Projection::Orthographic);
-            corpus.add(format!("triples times 2^{power}, {name}, orthographic"), &scene(&spheres), camera, pixels(11, 11));
+            corpus.add(
+                format!("triples times 2^{power}, {name}, orthographic"),
+                &scene(&spheres),
+                camera,
+                pixels(11, 11),
+            );
             // The middle ray of a perspective camera touches the same spheres.
-            camera = Grid { pitch: 0.0625, ..Grid::new(11) }.camera(Projection::Perspective);
-            corpus.add(format!("triples times 2^{power}, {name}, perspective"), &scene(&spheres), camera, pixels(11, 11));
+            camera = Grid { pitch: 0.25, ..Grid::new(11) }.camera(Projection::Perspective);
+            corpus.add(
+                format!("triples times 2^{power}, {name}, perspective"),
+                &scene(&spheres),
+                camera,
+                pixels(11, 11),
+            );
         }
     }
     // Other rays of a perspective camera: p of whole length, perpendicular to the ray (1, 0, 1) or (0, 1, 1).
@@ -434,7 +484,7 @@ fn tangents(corpus: &mut Corpus) {
             spheres.push(ball([c, -a, b], radius));
             spheres.push(ball([c, -b, a], radius));
         }
-        let camera = Grid::new(5).camera(Projection::Perspective);
+        let camera = Grid { reach: 1.0, ..Grid::new(5) }.camera(Projection::Perspective);
         corpus.add(format!("oblique rays {name}, perspective"), &scene(&spheres), camera, pixels(5, 5));
     }
     // On irrational axes: the view direction is perpendicular to a vector of whole length.
@@ -446,8 +496,10 @@ fn tangents(corpus: &mut Corpus) {
         ] {
             let (d, p) = (DVec3::from_array(d), DVec3::from_array(p));
             let radius = f64::from_bits(p.length_squared().sqrt().to_bits().wrapping_add_signed(step));
-            let spheres: Vec<_> =
-                [20.0, 24.0, 32.0].into_iter().flat_map(|k| [ball(d * k + p, radius), ball(d * k - p, radius)]).collect();
+            let spheres: Vec<_> = [20.0, 24.0, 32.0]
+                .into_iter()
+                .flat_map(|k| [ball(d * k + p, radius), ball(d * k - p, radius)])
+                .collect();
             for (projection, word) in BOTH {
                 let mut camera = Grid::new(3).camera(projection);
                 camera.view = d;
@@ -459,7 +511,12 @@ fn tangents(corpus: &mut Corpus) {
 
 /// Clip planes that touch, cut and end.
 fn planes(corpus: &mut Corpus) {
-    let spheres = scene(&[ball([6.0, 0.0, 0.0], 3.0), ball([6.5, 1.0, 1.0], 2.5), ball([9.0, -2.0, 0.0], 1.0), ball([20.0, 0.0, 0.0], 8.0)]);
+    let spheres = scene(&[
+        ball([6.0, 0.0, 0.0], 3.0),
+        ball([6.5, 1.0, 1.0], 2.5),
+        ball([9.0, -2.0, 0.0], 1.0),
+        ball([20.0, 0.0, 0.0], 8.0),
+    ]);
     let step = |x: f64, by: i64| f64::from_bits(x.to_bits().wrapping_add_signed(by));
     for (name, near, far) in [
         ("near touches a front", 3.0, f64::INFINITY),
@@ -491,7 +548,12 @@ fn planes(corpus: &mut Corpus) {
 /// The camera in, on and near spheres.
 fn inside(corpus: &mut Corpus) {
     let around = |radius| {
-        let others = [ball([4.0, 0.5, 0.25], 0.5), ball([-3.0, 0.0, 0.0], 1.0), ball([2.0, -1.0, 0.0], 0.5)];
+        let others = [
+            ball([4.0, 0.5, 0.25], 0.5),
+            ball([-3.0, 0.0, 0.0], 1.0),
+            ball([2.0, -1.0, 0.0], 0.5),
+            ball([15.0, 0.0, 0.0], 2.0),
+        ];
         let mut spheres = vec![ball(DVec3::ZERO, radius)];
         spheres.extend(others);
         scene(&spheres)
@@ -510,7 +572,12 @@ fn inside(corpus: &mut Corpus) {
                 for (projection, last) in BOTH {
                     let mut camera = Grid { origin: at, pitch: 0.25, ..Grid::new(21) }.camera(projection);
                     camera.view = view;
-                    corpus.add(format!("camera {name}, {word}, view {k}, {last}"), &around(radius), camera, pixels(21, 21));
+                    corpus.add(
+                        format!("camera {name}, {word}, view {k}, {last}"),
+                        &around(radius),
+                        camera,
+                        pixels(21, 21),
+                    );
                 }
             }
         }
@@ -541,9 +608,19 @@ fn scales(corpus: &mut Corpus) {
     for pitch in [1.0, two_to(-100), two_to(100)] {
         for (projection, word) in BOTH {
             let mut camera = Grid { pitch, ..Grid::new(11) }.camera(projection);
-            corpus.add(format!("radii 2^-120 to 2^120, pitch {pitch:e}, {word}, seed 9"), &mixed, camera, pixels(11, 11));
+            corpus.add(
+                format!("radii 2^-120 to 2^120, pitch {pitch:e}, {word}, seed 9"),
+                &mixed,
+                camera,
+                pixels(11, 11),
+            );
             camera.view = VIEWS[2];
-            corpus.add(format!("radii 2^-120 to 2^120, pitch {pitch:e}, tilted, {word}, seed 9"), &mixed, camera, pixels(11, 11));
+            corpus.add(
+                format!("radii 2^-120 to 2^120, pitch {pitch:e}, tilted, {word}, seed 9"),
+                &mixed,
+                camera,
+                pixels(11, 11),
+            );
         }
     }
     // One cloud at many scales: squares overflow f32, then f64; subnormal at the other end.
@@ -601,7 +678,7 @@ fn scales(corpus: &mut Corpus) {
         }
     }
     // Coordinates from 1e-8 to 1e8.
-    for seed in 100..112 {
+    for seed in 100..124 {
         let mut random = Random::new(seed);
         let spheres: Vec<_> = (0..60)
             .map(|_| {
@@ -609,15 +686,15 @@ fn scales(corpus: &mut Corpus) {
                 ball(random.ball() * size, size * random.power(-3.0, 0.5))
             })
             .collect();
-        let view = random.ball();
-        let origin = random.ball() * random.power(-8.0, 8.0);
-        for (projection, word) in BOTH {
-            let mut camera = Camera::orthographic(origin, view);
-            camera.projection = projection;
-            let size = if projection == Projection::Perspective { random.power(-2.0, 0.5) } else { random.power(-6.0, 8.0) };
-            camera.size = ScreenSize::Height(size);
-            corpus.add(format!("1e-8 to 1e8, {word}, seed {seed}"), &scene(&spheres), camera, pixels(24, 24));
-        }
+        // Towards one of them, from near or far.
+        let target = spheres[random.below(60) as usize];
+        let look = Look {
+            at: target.center,
+            view: random.ball(),
+            distance: target.radius * random.power(0.1, 4.0),
+            height: target.radius * random.power(-1.0, 2.0),
+        };
+        corpus.look(&format!("1e-8 to 1e8, seed {seed}"), &scene(&spheres), look, pixels(24, 24));
     }
 }
 
@@ -660,7 +737,8 @@ fn shapes(corpus: &mut Corpus) {
     for (width, height) in [(1, 1), (1, 4000), (4000, 1), (7, 5), (33, 31), (128, 3)] {
         for (k, view) in [VIEWS[0], VIEWS[1], VIEWS[4]].into_iter().enumerate() {
             let look = Look { at: DVec3::ZERO, view, distance: 9.0, height: 7.0 };
-            let look = if width > height { Look { height: 7.0 * f64::from(height) / f64::from(width), ..look } } else { look };
+            let look =
+                if width > height { Look { height: 7.0 * f64::from(height) / f64::from(width), ..look } } else { look };
             corpus.look(&format!("{width} x {height}, view {k}, seed 11"), &cloud, look, pixels(width, height));
         }
     }
@@ -689,9 +767,9 @@ fn shapes(corpus: &mut Corpus) {
 
 /// Scenes of no malice.
 fn plain(corpus: &mut Corpus) {
-    for seed in 20..26 {
+    for seed in 20..28 {
         let mut random = Random::new(seed);
-        let count = [50, 300, 1000][seed as usize % 3];
+        let count = [50, 300, 1000, 10_000][seed as usize % 4];
         let size = 2.0 / f64::from(count).cbrt();
         let spheres: Vec<_> = (0..count)
             .map(|_| {
@@ -700,7 +778,7 @@ fn plain(corpus: &mut Corpus) {
             })
             .collect();
         let look = Look { at: DVec3::ZERO, view: random.ball(), distance: random.between(1.0, 6.0), height: 2.5 };
-        corpus.look(&format!("{count} in a cube, seed {seed}"), &scene(&spheres), look, pixels(80, 64));
+        corpus.look(&format!("{count} in a cube, seed {seed}"), &scene(&spheres), look, pixels(150, 101));
     }
     let report = [ball([5.0, 2.0, 0.0], 2.0), ball([5.0, -2.0, 0.0], 1.0)];
     let occlusion = [ball([5.0, 2.0, 0.0], 3.0), ball([4.0, 1.0, 0.0], 2.0), ball([3.0, 0.0, 0.0], 1.0)];
@@ -711,7 +789,12 @@ fn plain(corpus: &mut Corpus) {
         ("occlusion", &occlusion, DVec3::ZERO, VIEWS[0]),
     ] {
         for side in [100, 101] {
-            corpus.add(format!("report: {name}, {side}"), &scene(spheres), Camera::orthographic(origin, view), pixels(side, side));
+            corpus.add(
+                format!("report: {name}, {side}"),
+                &scene(spheres),
+                Camera::orthographic(origin, view),
+                pixels(side, side),
+            );
         }
     }
 }
