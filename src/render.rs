@@ -102,7 +102,9 @@ impl Device {
     ///
     /// # Errors
     /// When the device fails or memory does not suffice.
-    pub fn draw(&mut self, _scene: &Scene, _view: &View, _region: Region) -> Result<Drawing, DrawError> {
-        Err(DrawError::Device("not built yet".into()))
+    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        match self {
+            Self::Cpu => crate::cpu::draw(scene, view, region),
+        }
     }
 }
