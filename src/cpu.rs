@@ -25,7 +25,7 @@ use std::{ops::Range, sync::Mutex, time::Instant};
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Binner, Entry, Keep, KeepAll, Lists},
+    bins::{Binner, Entry, Keep, Lists, Window, split},
     camera::{Projection, Region, View},
     exact::decide::{Ball, Pixel, Tally, Truth},
     project::{FLOOR, Projected, U},
@@ -46,8 +46,8 @@ const BLOCKS: usize = SIDE / BLOCK;
 const LANES: usize = 8;
 /// No sphere.
 const NONE: u64 = u64::MAX;
-/// Entries of one wave at most (48 bytes each).
-const WAVE: u64 = 6 << 20;
+/// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
+const WAVE: usize = 4 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
 const BAND: usize = 4 << 20;
 
@@ -128,30 +128,17 @@ fn draw_band(scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, 
     let begun = Instant::now();
     let binner = Binner::new(scene, truth, band, SHIFT);
     let grid = binner.grid;
-    let mut counts = binner.count(0..scene.len(), &KeepAll);
-    let total = counts.total();
     let tally = Mutex::new(Tally::default());
     let painter = Painter { scene, truth, binner: &binner, tally: &tally };
-    // Slabs of each tile that already hold several layers of spheres are drawn first.
-    let cut: Vec<u32> = (0..grid.tiles())
-        .map(|tile| {
-            let mut area = 0;
-            let enough = counts.of_tile(&grid, tile).position(|(_, pixels)| {
-                area += pixels;
-                area >= (LAYERS * SIDE * SIDE) as u64
-            });
-            enough.map_or(grid.slabs, |slab| slab as u32 + 1)
-        })
-        .collect();
-    let front: u64 = (0..grid.tiles())
-        .map(|tile| counts.of_tile(&grid, tile).take(cut[tile] as usize).map(|(count, _)| count).sum::<u64>())
-        .sum();
     let ids = &mut drawing.ids[start..];
-    if total <= 1 << 18 || (front as f64 > 0.7 * total as f64 && total <= WAVE) {
-        let lists = binner.scatter(counts, &KeepAll);
+    let cut = if scene.len() >= SAMPLED { front_slabs(&binner) } else { vec![grid.slabs; grid.tiles()] };
+    let hides = cut.iter().any(|&cut| cut < grid.slabs);
+    let mut left = split(0..scene.len());
+    let mut lists = binner.lists(&mut left, &Visible { cut: &cut, front: true, tiles: &[] }, WAVE);
+    drawing.times.prepare += milliseconds(begun);
+    let drawn = Instant::now();
+    if !hides && left.iter().all(Range::is_empty) {
         drawing.counts.entries += lists.entries.len();
-        drawing.times.prepare += milliseconds(begun);
-        let drawn = Instant::now();
         painter.paint_once(&lists, ids);
         drawing.times.render += milliseconds(drawn);
     } else {
@@ -162,33 +149,24 @@ fn draw_band(scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, 
                 Tile::new(band.width as usize - column * SIDE, band.height as usize - row * SIDE)
             })
             .collect();
-        let mut wave = |lists: Lists, tiles: &mut [Tile], prepared: Instant| {
-            drawing.counts.entries += lists.entries.len();
-            drawing.times.prepare += milliseconds(prepared);
+        let mut front = true;
+        loop {
             let drawn = Instant::now();
-            painter.paint(&lists, tiles);
+            drawing.counts.entries += lists.entries.len();
+            painter.paint(&lists, &mut tiles);
             drawing.times.render += milliseconds(drawn);
-        };
-        let front_keep = Front { cut: &cut };
-        if front <= WAVE {
-            counts.truncate(&grid, &cut);
-            wave(binner.scatter(counts, &front_keep), &mut tiles, begun);
-        } else {
-            for part in parts(scene.len(), front) {
-                let prepared = Instant::now();
-                wave(binner.scatter(binner.count(part.clone(), &front_keep), &front_keep), &mut tiles, prepared);
+            // The lists' memory is given back before the next are made.
+            drop(lists);
+            if left.iter().all(Range::is_empty) {
+                if !(front && hides) {
+                    break;
+                }
+                front = false;
+                left = split(0..scene.len());
             }
-        }
-        if front < total {
-            // What is left is mostly hidden; parts are sized as if a quarter were not.
-            for part in parts(scene.len(), (total - front) / 4) {
-                let prepared = Instant::now();
-                let lists = {
-                    let back = Back { cut: &cut, tiles: &tiles };
-                    binner.scatter(binner.count(part, &back), &back)
-                };
-                wave(lists, &mut tiles, prepared);
-            }
+            let prepared = Instant::now();
+            lists = binner.lists(&mut left, &Visible { cut: &cut, front, tiles: &tiles }, WAVE);
+            drawing.times.prepare += milliseconds(prepared);
         }
         let drawn = Instant::now();
         painter.gather(&tiles, ids);
@@ -199,44 +177,48 @@ fn draw_band(scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, 
     drawing.counts.exact += tally.ties as usize;
 }
 
+/// From this many spheres on, it is found out first how deep they lie.
+const SAMPLED: usize = 1 << 17;
 /// Layers of spheres' boxes that are drawn before the rest is looked at: what shows through eight is little.
-const LAYERS: usize = 8;
+const LAYERS: u64 = 8;
 
-/// Splits the spheres so that each part has about a wave of entries.
-fn parts(spheres: usize, entries: u64) -> impl Iterator<Item = Range<usize>> {
-    let parts = entries.div_ceil(WAVE).max(1) as usize;
-    let size = spheres.div_ceil(parts).max(1);
-    (0..parts).map(move |part| (part * size).min(spheres)..((part + 1) * size).min(spheres))
+/// For each tile, how many slabs from the front on hold several layers of spheres, by a sample. A guess: it decides only the
+/// order of work.
+fn front_slabs(binner: &Binner) -> Vec<u32> {
+    let grid = &binner.grid;
+    let areas = binner.sample(16);
+    areas
+        .chunks(grid.slabs as usize)
+        .map(|slabs| {
+            let mut area = 0;
+            let enough = slabs.iter().position(|pixels| {
+                area += pixels;
+                area >= LAYERS * (SIDE * SIDE) as u64
+            });
+            enough.map_or(grid.slabs, |slab| slab as u32 + 1)
+        })
+        .collect()
 }
 
-/// The front slabs.
-struct Front<'a> {
+/// The front slabs, or those behind them, as far as they are not hidden by what is drawn.
+struct Visible<'a> {
     cut: &'a [u32],
-}
-
-impl Keep for Front<'_> {
-    #[inline(always)]
-    fn keep(&self, tile: usize, slab: u32, _: &Projected, _: [u8; 4]) -> bool {
-        slab < self.cut[tile]
-    }
-}
-
-/// The slabs behind, as far as they are not hidden by what is drawn.
-struct Back<'a> {
-    cut: &'a [u32],
+    front: bool,
+    /// What is drawn; empty for nothing.
     tiles: &'a [Tile],
 }
 
-impl Keep for Back<'_> {
+impl Keep for Visible<'_> {
     #[inline(always)]
-    fn keep(&self, tile: usize, slab: u32, sphere: &Projected, window: [u8; 4]) -> bool {
-        slab >= self.cut[tile] && !hidden(&self.tiles[tile].depth, sphere.nearest(), window)
+    fn keep(&self, tile: usize, slab: u32, nearest: f64, window: Window) -> bool {
+        (slab < self.cut[tile]) == self.front
+            && (self.tiles.is_empty() || !hidden(&self.tiles[tile].depth, nearest, window))
     }
 }
 
 /// Whether everything in a window lies in front of a depth.
 #[inline(always)]
-fn hidden(depth: &[f64; BLOCKS * BLOCKS], nearest: f64, [left, right, top, bottom]: [u8; 4]) -> bool {
+fn hidden(depth: &[f64; BLOCKS * BLOCKS], nearest: f64, [left, right, top, bottom]: Window) -> bool {
     let mut farthest = f64::NEG_INFINITY;
     for row in top as usize / BLOCK..=(bottom as usize / BLOCK).min(BLOCKS - 1) {
         for column in left as usize / BLOCK..=(right as usize / BLOCK).min(BLOCKS - 1) {
@@ -263,7 +245,7 @@ unsafe impl Sync for Canvas {}
 
 impl Painter<'_> {
     /// Draws all there is, straight into the ids.
-    fn paint_once(&self, lists: &Lists, ids: &mut [i32]) {
+    fn paint_once(&self, lists: &Lists<Entry>, ids: &mut [i32]) {
         let grid = &self.binner.grid;
         let canvas = Canvas(ids.as_mut_ptr(), ids.len());
         (0..grid.tiles()).into_par_iter().with_max_len(8).for_each(|tile| {
@@ -279,7 +261,7 @@ impl Painter<'_> {
     }
 
     /// Draws on top of what there is.
-    fn paint(&self, lists: &Lists, tiles: &mut [Tile]) {
+    fn paint(&self, lists: &Lists<Entry>, tiles: &mut [Tile]) {
         let grid = &self.binner.grid;
         tiles.par_iter_mut().with_max_len(8).enumerate().for_each(|(tile, state)| {
             if !lists.tile(grid, tile).is_empty() {
@@ -311,7 +293,7 @@ impl Painter<'_> {
         }
     }
 
-    fn paint_tile(&self, lists: &Lists, tile: usize, state: &mut Tile) {
+    fn paint_tile(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile) {
         let work = PaintTile { painter: self, lists, tile, state, tally: Tally::default() };
         let tally = match self.binner.projector.projection {
             Projection::Orthographic => simd::dispatch(Ortho(work)),
@@ -347,7 +329,7 @@ impl simd::Work for Persp<'_> {
 
 struct PaintTile<'a> {
     painter: &'a Painter<'a>,
-    lists: &'a Lists,
+    lists: &'a Lists<Entry>,
     tile: usize,
     state: &'a mut Tile,
     tally: Tally,
@@ -475,7 +457,7 @@ impl PaintTile<'_> {
         let kappa = self.painter.binner.projector.kappa;
         let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, kappa);
         let square = s.r * s.r;
-        let id = u64::from(s.index);
+        let id = u64::from(entry.index);
         let [left, right, top, bottom] = entry.window.map(usize::from);
         for row in top..=bottom {
             // Per row: the part of q that does not change along it.
@@ -518,7 +500,7 @@ impl PaintTile<'_> {
                 if undecided.iter().fold(0, |any, &u| any | u) != 0 {
                     for (k, &undecided) in undecided.iter().enumerate() {
                         if undecided != 0 {
-                            self.settle(s.index, row * SIDE + first + k, corner);
+                            self.settle(entry.index, row * SIDE + first + k, corner);
                         }
                     }
                 }
@@ -584,10 +566,10 @@ impl PaintTile<'_> {
                     Some(depth) if depth + width < self.state.low[at] => {
                         self.state.high[at] = depth + width;
                         self.state.low[at] = depth - width;
-                        self.state.id[at] = u64::from(s.index);
+                        self.state.id[at] = u64::from(entry.index);
                         self.touch(row, column);
                     }
-                    _ => self.settle(s.index, at, corner),
+                    _ => self.settle(entry.index, at, corner),
                 }
             }
         }
