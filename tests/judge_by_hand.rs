@@ -320,7 +320,7 @@ fn below(state: &mut u64, n: u64) -> i128 {
 fn lattices_agree_with_whole_numbers() {
     const SIDE: u32 = 7;
     // Axes that are whole numbers over their common length: (right, up, forward), with `up` given as a hint to the camera.
-    let frames: [([i128; 3], [i128; 3], [i128; 3], i128); 3] = [
+    let frames = [
         ([0, -1, 0], [0, 0, 1], [1, 0, 0], 1),
         ([4, -3, 0], [0, 0, 5], [3, 4, 0], 5),
         ([-2, 2, -1], [1, 2, 2], [-2, -1, 2], 3),

@@ -29,10 +29,6 @@ pub trait Real: Clone {
     /// The sign, when it is certain. A number that is certainly 0 is `Equal`.
     fn sign(&self) -> Option<Ordering>;
 
-    /// Whether it is certainly above zero.
-    fn positive(&self) -> bool {
-        self.sign() == Some(Ordering::Greater)
-    }
     /// Whether it is certainly below zero.
     fn negative(&self) -> bool {
         self.sign() == Some(Ordering::Less)
@@ -50,9 +46,12 @@ pub struct Rough {
 }
 
 impl Rough {
-    /// From two ends that were each rounded to nearest once.
+    /// From two ends that were each rounded to nearest once. Where the machine gave no number, nothing is known.
     fn outwards(low: f64, high: f64) -> Self {
-        Self { low: low.next_down(), high: high.next_up() }
+        Self {
+            low: if low.is_nan() { f64::NEG_INFINITY } else { low.next_down() },
+            high: if high.is_nan() { f64::INFINITY } else { high.next_up() },
+        }
     }
 }
 

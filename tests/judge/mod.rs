@@ -312,11 +312,10 @@ impl Judge {
             return Guess::Never;
         }
         let least = if cut { second.low } else { first.low };
-        let most = if !(crossing.chord.low >= 0.0) {
-            f64::INFINITY
-        } else if within(&first) {
+        let certain = crossing.chord.low >= 0.0;
+        let most = if certain && within(&first) {
             first.high
-        } else if cut && within(&second) {
+        } else if certain && cut && within(&second) {
             second.high
         } else {
             f64::INFINITY
@@ -348,7 +347,7 @@ impl Judge {
         self.effort.pairs.fetch_add(candidates.len() as u64, Order::Relaxed);
         // In the order of indices: a later sphere has to be strictly nearer.
         let mut best: Option<Hit> = None;
-        possible.retain(|&(_, least)| !(least > most));
+        possible.retain(|&(_, least)| least <= most);
         let alone = possible.len() == 1 && most < f64::INFINITY;
         if alone {
             return possible[0].0 as i32;
