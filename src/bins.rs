@@ -1,8 +1,9 @@
-//! Which spheres may be seen in which tile, roughly front to back: exact-size lists by count, scan and scatter.
+//! Which spheres may be seen in which tile, roughly front to back: lists by one pass over the spheres and a counting sort.
 //!
 //! A tile is a square of pixels; its list is split into *slabs* of depth by each sphere's nearest point, so that drawing can
 //! stop early. Lists are conservative: a sphere that is not listed for a tile is seen at none of its pixels. Both devices use
-//! them. Spheres are read where they lie, projected in batches, and only what is kept is written.
+//! them. Spheres are read where they lie, projected in batches, and only what is kept is written. Where the lists of all
+//! spheres would be too long for memory, they come in *waves*; what is drawn from them does not depend on the order.
 
 use std::ops::Range;
 
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 use crate::{
     camera::Region,
     exact::decide::Truth,
-    project::{BATCH, Batch, Footprint, Projected, Projector},
+    project::{BATCH, Batch, Projected, Projector},
     scene::Scene,
     simd,
 };
@@ -40,7 +41,7 @@ impl Grid {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for corner in 0..8 {
             let pick = |k: usize| if corner >> k & 1 == 0 { bounds.min_center[k] } else { bounds.max_center[k] };
-            let s = projector.project([0, 1, 2].map(pick).into(), bounds.max_radius, 0);
+            let s = projector.project([0, 1, 2].map(pick).into(), bounds.max_radius);
             (low, high) = (low.min(s.nearest()), high.max(s.z));
         }
         (low, high) = (low.max(projector.near - 2.0 * bounds.max_radius * projector.scale), high.min(projector.far));
@@ -63,7 +64,7 @@ impl Grid {
     #[inline(always)]
     fn slab(&self, nearest: f64) -> u32 {
         // A cast of what is below 0 or NaN gives 0.
-        (((nearest - self.start) * self.per_depth) as u32).min(self.slabs - 1)
+        (((nearest - self.start) * self.per_depth) as i32).clamp(0, self.slabs as i32 - 1) as u32
     }
 
     /// Nothing in this slab or later ones begins nearer than this.
@@ -77,20 +78,54 @@ impl Grid {
     }
 }
 
-/// What a tile list holds: a sphere in view space and its pixels in this tile.
+/// What a tile list holds for a sphere.
+pub trait Item: Copy + Default + Send + Sync {
+    /// For a sphere that begins at depth `nearest`, and its pixels in the tile.
+    fn new(sphere: Projected, nearest: f64, index: u32, window: Window) -> Self;
+}
+
+/// First and last column, first and last row inside a tile.
+pub type Window = [u8; 4];
+
+/// A sphere in view space and its pixels in this tile.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Entry {
     /// The sphere.
     pub sphere: Projected,
-    /// First and last column, first and last row inside the tile, a byte each.
-    pub window: [u8; 4],
+    /// Its index in the scene.
+    pub index: u32,
+    /// Its pixels.
+    pub window: Window,
+}
+
+impl Item for Entry {
+    #[inline(always)]
+    fn new(sphere: Projected, _: f64, index: u32, window: Window) -> Self {
+        Self { sphere, index, window }
+    }
+}
+
+/// An index, and where the sphere begins: for a device that has the spheres already.
+#[derive(Clone, Copy, Debug, Default)]
+struct Index {
+    index: u32,
+    /// Rounded towards the eye.
+    nearest: f32,
+}
+
+impl Item for Index {
+    #[inline(always)]
+    fn new(_: Projected, nearest: f64, index: u32, _: Window) -> Self {
+        let rounded = nearest as f32;
+        Self { index, nearest: if f64::from(rounded) > nearest { rounded.next_down() } else { rounded } }
+    }
 }
 
 /// Which spheres go into a tile's list.
 pub trait Keep: Sync {
-    /// Whether this one does.
-    fn keep(&self, tile: usize, slab: u32, sphere: &Projected, window: [u8; 4]) -> bool;
+    /// Whether one that begins at depth `nearest` does.
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool;
 }
 
 /// All of them.
@@ -98,64 +133,28 @@ pub struct KeepAll;
 
 impl Keep for KeepAll {
     #[inline(always)]
-    fn keep(&self, _: usize, _: u32, _: &Projected, _: [u8; 4]) -> bool {
+    fn keep(&self, _: usize, _: f64, _: Window) -> bool {
         true
     }
 }
 
-/// How many entries each slab of each tile gets, for each part of the spheres.
-pub struct Counts {
-    /// Spheres of each part.
-    parts: Vec<Range<usize>>,
-    /// `[part][tile * slabs + slab]`.
-    counts: Vec<Vec<u32>>,
-    /// Pixels that the entries' boxes cover, `[part][tile * slabs + slab]`, saturating.
-    areas: Vec<Vec<u32>>,
-}
-
-impl Counts {
-    /// Entries in all.
-    pub fn total(&self) -> u64 {
-        self.counts.iter().flatten().map(|&c| u64::from(c)).sum()
-    }
-
-    /// Entries, and pixels of their boxes, of each slab of a tile.
-    pub fn of_tile(&self, grid: &Grid, tile: usize) -> impl Iterator<Item = (u64, u64)> {
-        let slabs = grid.slabs as usize;
-        (tile * slabs..(tile + 1) * slabs).map(|key| {
-            let sum = |all: &[Vec<u32>]| all.iter().map(|part| u64::from(part[key])).sum::<u64>();
-            (sum(&self.counts), sum(&self.areas))
-        })
-    }
-
-    /// Forgets the slabs of each tile from `cut[tile]` on.
-    pub fn truncate(&mut self, grid: &Grid, cut: &[u32]) {
-        let slabs = grid.slabs as usize;
-        for part in &mut self.counts {
-            for (tile, &cut) in cut.iter().enumerate() {
-                part[tile * slabs + cut as usize..(tile + 1) * slabs].fill(0);
-            }
-        }
-    }
-}
-
 /// The lists of all tiles.
-pub struct Lists {
+pub struct Lists<I> {
     /// `entries[starts[k]..starts[k + 1]]` is slab `k % slabs` of tile `k / slabs`.
     pub starts: Vec<u32>,
     /// Spheres, tile by tile, slab by slab.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<I>,
 }
 
-impl Lists {
+impl<I> Lists<I> {
     /// The entries of a slab of a tile.
-    pub fn slab(&self, grid: &Grid, tile: usize, slab: u32) -> &[Entry] {
+    pub fn slab(&self, grid: &Grid, tile: usize, slab: u32) -> &[I] {
         let key = tile * grid.slabs as usize + slab as usize;
         &self.entries[self.starts[key] as usize..self.starts[key + 1] as usize]
     }
 
     /// The entries of a tile, front slabs first.
-    pub fn tile(&self, grid: &Grid, tile: usize) -> &[Entry] {
+    pub fn tile(&self, grid: &Grid, tile: usize) -> &[I] {
         let slabs = grid.slabs as usize;
         &self.entries[self.starts[tile * slabs] as usize..self.starts[(tile + 1) * slabs] as usize]
     }
@@ -179,81 +178,93 @@ impl<'a> Binner<'a> {
         Self { scene, projector, grid }
     }
 
-    /// Counts what is kept of some spheres.
-    pub fn count<K: Keep>(&self, spheres: Range<usize>, keep: &K) -> Counts {
-        let parts = split(spheres);
-        let (counts, areas) = parts
-            .par_iter()
-            .map(|part| {
-                let keys = self.grid.tiles() * self.grid.slabs as usize;
-                let (mut counts, mut areas) = (vec![0u32; keys], vec![0u32; keys]);
-                self.visit(part.clone(), keep, |key, entry| {
-                    let [left, right, top, bottom] = entry.window;
-                    counts[key] += 1;
-                    let area = u32::from(right - left + 1) * u32::from(bottom - top + 1);
-                    areas[key] = areas[key].saturating_add(area);
-                });
-                (counts, areas)
-            })
-            .unzip();
-        Counts { parts, counts, areas }
+    /// Pixels that the boxes of spheres cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch in `step`.
+    pub fn sample(&self, step: usize) -> Vec<u64> {
+        let mut areas = vec![0u64; self.grid.tiles() * self.grid.slabs as usize];
+        for first in (0..self.scene.len()).step_by(step * BATCH) {
+            let batch = first..(first + BATCH).min(self.scene.len());
+            simd::dispatch(Visit {
+                binner: self,
+                spheres: batch,
+                keep: &KeepAll,
+                limit: usize::MAX,
+                emit: |key: usize, _, _, _, [left, right, top, bottom]: Window| {
+                    areas[key] += step as u64 * u64::from(right - left + 1) * u64::from(bottom - top + 1);
+                    0
+                },
+            });
+        }
+        areas
     }
 
-    /// Writes the lists of what was counted; `keep` must answer as it did then (or keep less than was counted never).
-    pub fn scatter<K: Keep>(&self, counts: Counts, keep: &K) -> Lists {
-        let Counts { parts, mut counts, .. } = counts;
+    /// Lists of what is kept of the spheres that are left; takes them out of `left`.
+    ///
+    /// Ends early, with spheres left, when about `limit` entries have come together.
+    pub fn lists<I: Item, K: Keep>(&self, left: &mut [Range<usize>], keep: &K, limit: usize) -> Lists<I> {
         let keys = self.grid.tiles() * self.grid.slabs as usize;
+        let limit = (limit / left.len().max(1)).max(1);
+        let mut found: Vec<Found<I>> = left
+            .par_iter_mut()
+            .map(|left| {
+                let mut found = Found { items: Vec::new(), keys: Vec::new(), counts: vec![0u32; keys] };
+                let emit = |key: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+                    found.counts[key] += 1;
+                    found.keys.push(key as u32);
+                    found.items.push(I::new(sphere, nearest, index, window));
+                    found.items.len()
+                };
+                left.start = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
+                found
+            })
+            .collect();
+        // Where each part's entries of each key go.
         let mut starts = vec![0u32; keys + 1];
         let mut total = 0u32;
         for key in 0..keys {
             starts[key] = total;
-            for part in &mut counts {
-                let count = part[key];
-                part[key] = total;
-                total = total.checked_add(count).expect("waves keep lists below 2^32 entries");
+            for part in &mut found {
+                let count = std::mem::replace(&mut part.counts[key], total);
+                total = total.checked_add(count).expect("a wave is shorter than 2^32 entries");
             }
         }
         starts[keys] = total;
-        let mut entries: Vec<Entry> = Vec::with_capacity(total as usize);
-        let target = Target(entries.as_mut_ptr());
         let limit = total as usize;
-        let written: usize = parts
-            .par_iter()
-            .zip(&mut counts)
-            .map(|(part, next)| {
-                let target = &target;
-                let mut written = 0;
-                self.visit(part.clone(), keep, |key, entry| {
-                    let at = next[key] as usize;
-                    next[key] += 1;
-                    assert!(at < limit, "more entries than were counted");
-                    // SAFETY: `at` lies inside the allocation, and no other part or key writes it: the scan gave each part
-                    // and key a range of its own, of the counted length, and the count below proves that all were filled.
-                    unsafe { target.0.add(at).write(entry) };
-                    written += 1;
-                });
-                written
-            })
-            .sum();
-        assert_eq!(written, limit, "as many entries as were counted");
-        // SAFETY: all `total` entries were written.
+        let mut entries: Vec<I> = Vec::with_capacity(limit);
+        let target = Target(entries.as_mut_ptr());
+        found.into_par_iter().for_each(|Found { items, keys, mut counts }| {
+            let target = &target;
+            for (item, key) in items.into_iter().zip(keys) {
+                let at = counts[key as usize];
+                counts[key as usize] += 1;
+                assert!((at as usize) < limit, "more entries than were counted");
+                // SAFETY: `at` lies inside the allocation, and nothing else writes it: the scan gave this part and key a
+                // range of its own, as long as the number of its items.
+                unsafe { target.0.add(at as usize).write(item) };
+            }
+        });
+        // SAFETY: the ranges that the scan gave out cover 0..total, and each part filled its own.
         unsafe { entries.set_len(limit) };
         Lists { starts, entries }
     }
+}
 
-    fn visit<K: Keep, F: FnMut(usize, Entry)>(&self, spheres: Range<usize>, keep: &K, emit: F) {
-        simd::dispatch(Visit { binner: self, spheres, keep, emit });
-    }
+/// What one thread finds.
+struct Found<I> {
+    items: Vec<I>,
+    /// Tile and slab of each item.
+    keys: Vec<u32>,
+    /// How many items a key has.
+    counts: Vec<u32>,
 }
 
 /// Where entries are written by several threads.
-struct Target(*mut Entry);
+struct Target<I>(*mut I);
 
-// SAFETY: each thread writes places of its own, see `Binner::scatter`.
-unsafe impl Sync for Target {}
+// SAFETY: each thread writes places of its own, see `Binner::lists`.
+unsafe impl<I> Sync for Target<I> {}
 
 /// Contiguous parts of some spheres, one a thread; few spheres are one part.
-fn split(spheres: Range<usize>) -> Vec<Range<usize>> {
+pub fn split(spheres: Range<usize>) -> Vec<Range<usize>> {
     const LEAST: usize = 1 << 12;
     let parts = rayon::current_num_threads().min(spheres.len().div_ceil(LEAST)).max(1);
     let size = spheres.len().div_ceil(parts).next_multiple_of(BATCH).max(BATCH);
@@ -265,73 +276,86 @@ fn split(spheres: Range<usize>) -> Vec<Range<usize>> {
         .collect()
 }
 
-/// Projects spheres and hands out what is kept, tile by tile.
+/// Projects spheres and hands out what is kept, tile by tile; ends early once `emit` answers `limit` or more.
 struct Visit<'a, K, F> {
     binner: &'a Binner<'a>,
     spheres: Range<usize>,
     keep: &'a K,
+    limit: usize,
     emit: F,
 }
 
-impl<K: Keep, F: FnMut(usize, Entry)> simd::Work for Visit<'_, K, F> {
-    type Output = ();
+impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work for Visit<'_, K, F> {
+    /// The first sphere that was not looked at.
+    type Output = usize;
 
     #[inline(always)]
-    fn run(mut self) {
+    fn run(mut self) -> usize {
         let projector = &self.binner.projector;
         let mut batch = Batch::default();
-        let mut footprints = [Footprint::default(); BATCH];
         for (start, block) in self.binner.scene.blocks() {
             let end = (start + block.len()).min(self.spheres.end);
             let mut first = start.max(self.spheres.start);
             while first < end {
                 projector.project_batch(block, first - start, &mut batch);
+                projector.footprints(&mut batch);
                 let len = batch.len.min(end - first);
-                let at = |k: usize| Projected {
-                    x: batch.x[k],
-                    y: batch.y[k],
-                    z: batch.z[k],
-                    r: batch.r[k],
-                    index: (first + k) as u32,
-                };
-                for (k, footprint) in footprints.iter_mut().enumerate() {
-                    *footprint = projector.footprint(&at(k));
+                let mut seen = 0u64;
+                for k in 0..BATCH {
+                    let inside = (batch.left[k] <= batch.right[k]) & (batch.top[k] <= batch.bottom[k]);
+                    seen |= u64::from(inside) << k;
                 }
-                for (k, footprint) in footprints.iter().enumerate().take(len) {
-                    if !footprint.is_empty() {
-                        self.place(at(k), *footprint);
-                    }
+                seen &= u64::MAX >> (BATCH - len);
+                let mut found = 0;
+                while seen != 0 {
+                    let k = seen.trailing_zeros() as usize;
+                    seen &= seen - 1;
+                    found = self.place(&batch, k, (first + k) as u32, found);
                 }
                 first += len;
+                if found >= self.limit {
+                    return first;
+                }
             }
         }
+        self.spheres.end
     }
 }
 
-impl<K: Keep, F: FnMut(usize, Entry)> Visit<'_, K, F> {
+impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> Visit<'_, K, F> {
     #[inline(always)]
-    fn place(&mut self, sphere: Projected, footprint: Footprint) {
+    fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> usize {
         let grid = &self.binner.grid;
-        let Footprint { left, right, top, bottom } = footprint;
+        let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
         let (left_tile, right_tile) = (left >> grid.shift, right >> grid.shift);
         let (top_tile, bottom_tile) = (top >> grid.shift, bottom >> grid.shift);
-        let slab = grid.slab(sphere.nearest());
+        let nearest = batch.nearest[k];
         let last = (1 << grid.shift) - 1;
+        let mut offer = |column: i32, row: i32, window: Window| {
+            let tile = row as usize * grid.columns as usize + column as usize;
+            if self.keep.keep(tile, nearest, window) {
+                let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
+                found = (self.emit)(key, batch.sphere(k), nearest, index, window);
+            }
+        };
+        if left_tile == right_tile && top_tile == bottom_tile {
+            // Most small spheres.
+            let inside = |value: i32| (value & last) as u8;
+            offer(left_tile, top_tile, [inside(left), inside(right), inside(top), inside(bottom)]);
+            return found;
+        }
         let many = right_tile - left_tile > 1 && bottom_tile - top_tile > 1;
         for row in top_tile..=bottom_tile {
             for column in left_tile..=right_tile {
-                if many && self.binner.misses(&sphere, column, row) {
+                if many && self.binner.misses(&batch.sphere(k), column, row) {
                     continue;
                 }
                 let (x, y) = (column << grid.shift, row << grid.shift);
                 let inside = |value: i32, from: i32| (value - from).clamp(0, last) as u8;
-                let window = [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)];
-                let tile = row as usize * grid.columns as usize + column as usize;
-                if self.keep.keep(tile, slab, &sphere, window) {
-                    (self.emit)(tile * grid.slabs as usize + slab as usize, Entry { sphere, window });
-                }
+                offer(column, row, [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)]);
             }
         }
+        found
     }
 }
 
@@ -352,5 +376,42 @@ impl Binner<'_> {
         // Each of dx, dy is within `bound` of the truth, and so is the radius.
         let reach = sphere.r + 4.0 * sphere.bound();
         dx * dx + dy * dy > reach * reach * (1.0 + 1e-12)
+    }
+}
+
+/// Lists of indices, for a device that has the spheres already.
+pub struct TileLists {
+    /// Tiles across.
+    pub columns: u32,
+    /// Tiles down.
+    pub rows: u32,
+    /// The list of tile `k` is `entries[starts[k]..starts[k + 1]]`.
+    pub starts: Vec<u32>,
+    /// Indices of spheres in the scene, tile by tile, roughly front to back.
+    pub entries: Vec<u32>,
+    /// Nothing in the list of a tile begins nearer, in view lengths; infinite for an empty list.
+    pub nearest: Vec<f64>,
+}
+
+/// Lists of some spheres for tiles with sides of `1 << shift` pixels; takes as many spheres out of `spheres` as give about
+/// `limit` entries.
+pub fn tile_lists(
+    scene: &Scene,
+    truth: &Truth,
+    region: Region,
+    shift: u32,
+    spheres: &mut [Range<usize>],
+    limit: usize,
+) -> TileLists {
+    let binner = Binner::new(scene, truth, region, shift);
+    let grid = binner.grid;
+    let lists: Lists<Index> = binner.lists(spheres, &KeepAll, limit);
+    let nearest = |tile| lists.tile(&grid, tile).iter().map(|e| f64::from(e.nearest)).fold(f64::INFINITY, f64::min);
+    TileLists {
+        columns: grid.columns,
+        rows: grid.rows,
+        starts: lists.starts.iter().copied().step_by(grid.slabs as usize).collect(),
+        entries: lists.entries.par_iter().map(|e| e.index).collect(),
+        nearest: (0..grid.tiles()).into_par_iter().map(nearest).collect(),
     }
 }

@@ -24,7 +24,7 @@ pub const U: f64 = f64::EPSILON / 2.0;
 /// Covers underflow in squares: what is smaller is in doubt.
 pub const FLOOR: f64 = f64::from_bits((1023 - 960) << 52);
 
-/// A sphere in view space (rounded), and its index.
+/// A sphere in view space, rounded.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Projected {
@@ -36,8 +36,6 @@ pub struct Projected {
     pub z: f64,
     /// Radius.
     pub r: f64,
-    /// Index in the scene.
-    pub index: u32,
 }
 
 impl Projected {
@@ -51,27 +49,6 @@ impl Projected {
     #[inline(always)]
     pub fn nearest(&self) -> f64 {
         self.z - self.r - self.bound()
-    }
-}
-
-/// Pixels `left ..= right`, `top ..= bottom` of a region; none if `left > right` or `top > bottom`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Footprint {
-    /// First column.
-    pub left: i32,
-    /// Last column.
-    pub right: i32,
-    /// First row.
-    pub top: i32,
-    /// Last row.
-    pub bottom: i32,
-}
-
-impl Footprint {
-    /// Whether no pixel is inside.
-    #[inline(always)]
-    pub fn is_empty(&self) -> bool {
-        self.left > self.right || self.top > self.bottom
     }
 }
 
@@ -105,7 +82,8 @@ pub struct Projector {
 /// How many spheres are projected at once: arrays of this length stay in the first cache.
 pub const BATCH: usize = 64;
 
-/// A batch of spheres in view space, one array a coordinate.
+/// A batch of spheres in view space, one array a coordinate, and the pixels of the region that each may be seen at:
+/// columns `left ..= right`, rows `top ..= bottom`; none if `left > right` or `top > bottom`.
 pub struct Batch {
     /// To the right.
     pub x: [f64; BATCH],
@@ -115,14 +93,56 @@ pub struct Batch {
     pub z: [f64; BATCH],
     /// Radius.
     pub r: [f64; BATCH],
+    /// Nothing of the sphere is nearer.
+    pub nearest: [f64; BATCH],
+    /// First column.
+    pub left: [i32; BATCH],
+    /// Last column.
+    pub right: [i32; BATCH],
+    /// First row.
+    pub top: [i32; BATCH],
+    /// Last row.
+    pub bottom: [i32; BATCH],
     /// How many are filled.
     pub len: usize,
 }
 
 impl Default for Batch {
     fn default() -> Self {
-        Self { x: [0.0; BATCH], y: [0.0; BATCH], z: [0.0; BATCH], r: [0.0; BATCH], len: 0 }
+        let (zeros, none) = ([0.0; BATCH], [0; BATCH]);
+        Self {
+            x: zeros,
+            y: zeros,
+            z: zeros,
+            r: zeros,
+            nearest: zeros,
+            left: none,
+            right: none,
+            top: none,
+            bottom: none,
+            len: 0,
+        }
     }
+}
+
+impl Batch {
+    /// Sphere `k` of the batch.
+    #[inline(always)]
+    pub fn sphere(&self, k: usize) -> Projected {
+        Projected { x: self.x[k], y: self.y[k], z: self.z[k], r: self.r[k] }
+    }
+}
+
+/// The greater; of NaN and a number, the number.
+#[inline(always)]
+fn greater(a: f64, number: f64) -> f64 {
+    if a > number { a } else { number }
+}
+
+/// The lesser; of NaN and a number, the number.
+#[inline(always)]
+fn lesser(a: f64, number: f64) -> f64 {
+    if a < number { a } else { number }
 }
 
 impl Projector {
@@ -171,9 +191,9 @@ impl Projector {
 
     /// One sphere.
     #[inline(always)]
-    pub fn project(&self, center: DVec3, radius: f64, index: u32) -> Projected {
+    pub fn project(&self, center: DVec3, radius: f64) -> Projected {
         let f = center * self.scale - self.origin;
-        Projected { x: f.dot(self.right), y: f.dot(self.up), z: f.dot(self.forward), r: radius * self.scale, index }
+        Projected { x: f.dot(self.right), y: f.dot(self.up), z: f.dot(self.forward), r: radius * self.scale }
     }
 
     /// Spheres `first ..` of a block, as many as fit.
@@ -217,32 +237,45 @@ impl Projector {
         }
     }
 
-    /// The pixels of the region that a sphere may be seen at; conservative.
+    /// Fills in the pixels of the region that each sphere of a batch may be seen at; conservative.
     ///
     /// Out of the clip range: none. Positions on the screen are widened by a millionth of a pixel, far above the roundings
-    /// of the products here wherever they matter (within 1e6 pixels of the region). A comparison with NaN keeps the side.
+    /// of the products here wherever they matter (within 1e6 pixels of the region). What is NaN reaches the region's side.
     #[inline(always)]
-    pub fn footprint(&self, s: &Projected) -> Footprint {
-        let bound = s.bound();
-        if s.z + s.r + bound < self.near || s.z - s.r - bound > self.far {
-            return Footprint { left: 0, right: -1, top: 0, bottom: -1 };
+    pub fn footprints(&self, batch: &mut Batch) {
+        match self.projection {
+            Projection::Orthographic => self.footprints_by(batch, |_, at, _, reach| [at - reach, at + reach]),
+            Projection::Perspective => self.footprints_by(batch, |_, at, z, reach| slopes(at, z, reach)),
         }
-        let reach = s.r + bound;
-        let (x, y) = match self.projection {
-            Projection::Orthographic => ([s.x - reach, s.x + reach], [s.y - reach, s.y + reach]),
-            Projection::Perspective => (slopes(s.x, s.z, reach), slopes(s.y, s.z, reach)),
-        };
+    }
+
+    #[inline(always)]
+    fn footprints_by(&self, batch: &mut Batch, extent: impl Fn(&Self, f64, f64, f64) -> [f64; 2]) {
         const MARGIN: f64 = 1e-6;
-        let range = |low: f64, high: f64, count: u32| {
-            let last = f64::from(count) - 1.0;
-            let first = if low - MARGIN > 0.0 { (low - MARGIN).ceil().min(last + 1.0) } else { 0.0 };
-            let last = if high + MARGIN < last { (high + MARGIN).floor().max(-1.0) } else { last };
-            (first as i32, last as i32)
-        };
-        let at = |value: f64, [slope, offset]: [f64; 2]| value * slope + offset;
-        let (left, right) = range(at(x[0], self.column), at(x[1], self.column), self.region.width);
-        let (top, bottom) = range(at(y[1], self.row), at(y[0], self.row), self.region.height);
-        Footprint { left, right, top, bottom }
+        let last = [f64::from(self.region.width) - 1.0, f64::from(self.region.height) - 1.0];
+        for k in 0..BATCH {
+            let s = batch.sphere(k);
+            let bound = s.bound();
+            let reach = s.r + bound;
+            batch.nearest[k] = s.nearest();
+            let hidden = (s.z + reach < self.near) | (s.z - reach > self.far);
+            let (x, y) = (extent(self, s.x, s.z, reach), extent(self, s.y, s.z, reach));
+            let at = |value: f64, [slope, offset]: [f64; 2]| value * slope + offset;
+            let first = |value: f64, last: f64| lesser(greater((value - MARGIN).ceil(), 0.0), last + 1.0);
+            let until = |value: f64, last: f64| greater(lesser((value + MARGIN).floor(), last), -1.0);
+            let left = first(at(x[0], self.column), last[0]);
+            let right = until(at(x[1], self.column), last[0]);
+            let top = first(at(y[1], self.row), last[1]);
+            let bottom = until(at(y[0], self.row), last[1]);
+            let right = if hidden { -1.0 } else { right };
+            // SAFETY: all four lie between -1 and an image side, by the bounds just taken, and are never NaN.
+            unsafe {
+                batch.left[k] = left.to_int_unchecked();
+                batch.right[k] = right.to_int_unchecked();
+                batch.top[k] = top.to_int_unchecked();
+                batch.bottom[k] = bottom.to_int_unchecked();
+            }
+        }
     }
 }
 
@@ -252,14 +285,13 @@ impl Projector {
 /// `1e6 * 16 u (1 + |x| / z)` of the truth, far below the widening by 1e-7; with less, the circle may fill the view.
 #[inline(always)]
 fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
-    if z - r <= 1e-6 * z || z <= 0.0 {
-        return [f64::NEG_INFINITY, f64::INFINITY];
-    }
+    let wraps = (z - r <= 1e-6 * z) | (z <= 0.0);
     let across = r * (x * x + (z - r) * (z + r)).sqrt();
     let over = 1.0 / ((z - r) * (z + r));
     let (low, high) = ((x * z - across) * over, (x * z + across) * over);
     let wide = 1e-7 * (1.0 + x.abs() / z);
-    [low - wide * (1.0 + low.abs()), high + wide * (1.0 + high.abs())]
+    let (low, high) = (low - wide * (1.0 + low.abs()), high + wide * (1.0 + high.abs()));
+    if wraps { [f64::NEG_INFINITY, f64::INFINITY] } else { [low, high] }
 }
 
 #[cfg(test)]
