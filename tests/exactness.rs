@@ -2,6 +2,7 @@
 //! the contract (moved, scaled, mirrored, permuted, in parts) are the same, byte for byte. There is no tolerance.
 //!
 //! `PLANISPHERE_CASE=planet cargo test --release --test exactness` keeps to the scenes whose name contains the word.
+//! `PLANISPHERE_SEEDS=1000..50000` chooses the seeds of the fuzz test.
 
 mod corpus;
 mod judge;
@@ -281,6 +282,25 @@ on_both! {
             let got = draw(device, &case.scene, &case.view, region, &case.name);
             report.compare(&case.name, region, ids, &got);
         });
+    }
+
+    fuzzed_scenes_are_the_judges(choice) {
+        let seeds = std::env::var("PLANISPHERE_SEEDS").unwrap_or_else(|_| "0..1500".into());
+        let (first, end) = seeds
+            .split_once("..")
+            .and_then(|(a, b)| Some((a.parse::<u64>().ok()?, b.parse::<u64>().ok()?)))
+            .unwrap_or_else(|| panic!("PLANISPHERE_SEEDS is {seeds:?}; give a range such as 1000..2000"));
+        let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut device = open(choice);
+        let mut report = Report::new(&device);
+        for seed in first..end {
+            let case = corpus::fuzz::fuzz(seed);
+            let region = Region::whole(case.view.image);
+            let want = Judge::new(&case.scene, &case.view).ids(region);
+            let got = draw(&mut device, &case.scene, &case.view, region, &case.name);
+            report.compare(&case.name, region, &want, &got);
+        }
+        report.finish();
     }
 
     a_region_is_a_part_of_the_whole(choice) {
