@@ -64,7 +64,7 @@ impl Grid {
     #[inline(always)]
     fn slab(&self, nearest: f64) -> u32 {
         // A cast of what is below 0 or NaN gives 0.
-        (((nearest - self.start) * self.per_depth) as u32).min(self.slabs - 1)
+        (((nearest - self.start) * self.per_depth) as i32).clamp(0, self.slabs as i32 - 1) as u32
     }
 
     /// Nothing in this slab or later ones begins nearer than this.
@@ -125,7 +125,7 @@ impl Item for Index {
 /// Which spheres go into a tile's list.
 pub trait Keep: Sync {
     /// Whether one that begins at depth `nearest` does.
-    fn keep(&self, tile: usize, slab: u32, nearest: f64, window: Window) -> bool;
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool;
 }
 
 /// All of them.
@@ -133,7 +133,7 @@ pub struct KeepAll;
 
 impl Keep for KeepAll {
     #[inline(always)]
-    fn keep(&self, _: usize, _: u32, _: f64, _: Window) -> bool {
+    fn keep(&self, _: usize, _: f64, _: Window) -> bool {
         true
     }
 }
@@ -329,22 +329,30 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> Visit<'_, K
         let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
         let (left_tile, right_tile) = (left >> grid.shift, right >> grid.shift);
         let (top_tile, bottom_tile) = (top >> grid.shift, bottom >> grid.shift);
-        let (sphere, nearest) = (batch.sphere(k), batch.nearest[k]);
-        let slab = grid.slab(nearest);
+        let nearest = batch.nearest[k];
         let last = (1 << grid.shift) - 1;
+        let mut offer = |column: i32, row: i32, window: Window| {
+            let tile = row as usize * grid.columns as usize + column as usize;
+            if self.keep.keep(tile, nearest, window) {
+                let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
+                found = (self.emit)(key, batch.sphere(k), nearest, index, window);
+            }
+        };
+        if left_tile == right_tile && top_tile == bottom_tile {
+            // Most small spheres.
+            let inside = |value: i32| (value & last) as u8;
+            offer(left_tile, top_tile, [inside(left), inside(right), inside(top), inside(bottom)]);
+            return found;
+        }
         let many = right_tile - left_tile > 1 && bottom_tile - top_tile > 1;
         for row in top_tile..=bottom_tile {
             for column in left_tile..=right_tile {
-                if many && self.binner.misses(&sphere, column, row) {
+                if many && self.binner.misses(&batch.sphere(k), column, row) {
                     continue;
                 }
                 let (x, y) = (column << grid.shift, row << grid.shift);
                 let inside = |value: i32, from: i32| (value - from).clamp(0, last) as u8;
-                let window = [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)];
-                let tile = row as usize * grid.columns as usize + column as usize;
-                if self.keep.keep(tile, slab, nearest, window) {
-                    found = (self.emit)(tile * grid.slabs as usize + slab as usize, sphere, nearest, index, window);
-                }
+                offer(column, row, [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)]);
             }
         }
         found

@@ -51,6 +51,19 @@ const WAVE: usize = 4 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
 const BAND: usize = 4 << 20;
 
+/// Nothing that begins behind these depths is seen in a tile.
+#[derive(Clone, Copy)]
+struct Depths {
+    /// Of the whole tile.
+    farthest: f64,
+    /// Of each block.
+    blocks: [f64; BLOCKS * BLOCKS],
+}
+
+impl Depths {
+    const NONE: Self = Self { farthest: f64::INFINITY, blocks: [f64::INFINITY; BLOCKS * BLOCKS] };
+}
+
 /// The pixels of a tile.
 #[repr(align(64))]
 #[derive(Clone)]
@@ -61,8 +74,6 @@ struct Tile {
     low: [f64; SIDE * SIDE],
     /// The holder.
     id: [u64; SIDE * SIDE],
-    /// Nothing that begins behind this distance is seen in a block.
-    depth: [f64; BLOCKS * BLOCKS],
     /// Blocks whose depth may have become less.
     stale: u32,
 }
@@ -73,7 +84,6 @@ impl Tile {
             high: [f64::NEG_INFINITY; SIDE * SIDE],
             low: [f64::NEG_INFINITY; SIDE * SIDE],
             id: [NONE; SIDE * SIDE],
-            depth: [f64::INFINITY; BLOCKS * BLOCKS],
             stale: u32::MAX,
         };
         for row in 0..rows.min(SIDE) {
@@ -131,13 +141,13 @@ fn draw_band(scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, 
     let tally = Mutex::new(Tally::default());
     let painter = Painter { scene, truth, binner: &binner, tally: &tally };
     let ids = &mut drawing.ids[start..];
-    let cut = if scene.len() >= SAMPLED { front_slabs(&binner) } else { vec![grid.slabs; grid.tiles()] };
-    let hides = cut.iter().any(|&cut| cut < grid.slabs);
+    let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
+    let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
     let mut left = split(0..scene.len());
-    let mut lists = binner.lists(&mut left, &Visible { cut: &cut, front: true, tiles: &[] }, WAVE);
+    let mut lists = binner.lists(&mut left, &Visible { front: &front, drawn: None }, WAVE);
     drawing.times.prepare += milliseconds(begun);
     let drawn = Instant::now();
-    if !hides && left.iter().all(Range::is_empty) {
+    if !behind && left.iter().all(Range::is_empty) {
         drawing.counts.entries += lists.entries.len();
         painter.paint_once(&lists, ids);
         drawing.times.render += milliseconds(drawn);
@@ -149,23 +159,24 @@ fn draw_band(scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, 
                 Tile::new(band.width as usize - column * SIDE, band.height as usize - row * SIDE)
             })
             .collect();
-        let mut front = true;
+        let mut depths = vec![Depths::NONE; grid.tiles()];
+        let mut second = false;
         loop {
             let drawn = Instant::now();
             drawing.counts.entries += lists.entries.len();
-            painter.paint(&lists, &mut tiles);
+            painter.paint(&lists, &mut tiles, &mut depths);
             drawing.times.render += milliseconds(drawn);
             // The lists' memory is given back before the next are made.
             drop(lists);
             if left.iter().all(Range::is_empty) {
-                if !(front && hides) {
+                if !std::mem::take(&mut behind) {
                     break;
                 }
-                front = false;
+                second = true;
                 left = split(0..scene.len());
             }
             let prepared = Instant::now();
-            lists = binner.lists(&mut left, &Visible { cut: &cut, front, tiles: &tiles }, WAVE);
+            lists = binner.lists(&mut left, &Visible { front: &front, drawn: second.then_some(&depths) }, WAVE);
             drawing.times.prepare += milliseconds(prepared);
         }
         let drawn = Instant::now();
@@ -182,9 +193,9 @@ const SAMPLED: usize = 1 << 17;
 /// Layers of spheres' boxes that are drawn before the rest is looked at: what shows through eight is little.
 const LAYERS: u64 = 8;
 
-/// For each tile, how many slabs from the front on hold several layers of spheres, by a sample. A guess: it decides only the
-/// order of work.
-fn front_slabs(binner: &Binner) -> Vec<u32> {
+/// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if there are not as many. A
+/// guess: it decides only the order of work.
+fn front_depths(binner: &Binner) -> Vec<f64> {
     let grid = &binner.grid;
     let areas = binner.sample(16);
     areas
@@ -195,34 +206,38 @@ fn front_slabs(binner: &Binner) -> Vec<u32> {
                 area += pixels;
                 area >= LAYERS * (SIDE * SIDE) as u64
             });
-            enough.map_or(grid.slabs, |slab| slab as u32 + 1)
+            enough.map_or(f64::INFINITY, |slab| grid.slab_start(slab as u32 + 1))
         })
         .collect()
 }
 
-/// The front slabs, or those behind them, as far as they are not hidden by what is drawn.
+/// What begins in front of a depth, or what begins behind it and is not hidden by what is drawn.
 struct Visible<'a> {
-    cut: &'a [u32],
-    front: bool,
-    /// What is drawn; empty for nothing.
-    tiles: &'a [Tile],
+    /// For each tile.
+    front: &'a [f64],
+    /// What is drawn of each tile, for the second.
+    drawn: Option<&'a [Depths]>,
 }
 
 impl Keep for Visible<'_> {
     #[inline(always)]
-    fn keep(&self, tile: usize, slab: u32, nearest: f64, window: Window) -> bool {
-        (slab < self.cut[tile]) == self.front
-            && (self.tiles.is_empty() || !hidden(&self.tiles[tile].depth, nearest, window))
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
+        // What is NaN goes in front.
+        let behind = nearest >= self.front[tile];
+        match self.drawn {
+            None => !behind,
+            Some(drawn) => behind && nearest <= drawn[tile].farthest && !hidden(&drawn[tile], nearest, window),
+        }
     }
 }
 
 /// Whether everything in a window lies in front of a depth.
 #[inline(always)]
-fn hidden(depth: &[f64; BLOCKS * BLOCKS], nearest: f64, [left, right, top, bottom]: Window) -> bool {
+fn hidden(depths: &Depths, nearest: f64, [left, right, top, bottom]: Window) -> bool {
     let mut farthest = f64::NEG_INFINITY;
     for row in top as usize / BLOCK..=(bottom as usize / BLOCK).min(BLOCKS - 1) {
         for column in left as usize / BLOCK..=(right as usize / BLOCK).min(BLOCKS - 1) {
-            let block = depth[row * BLOCKS + column];
+            let block = depths.blocks[row * BLOCKS + column];
             farthest = if block > farthest { block } else { farthest };
         }
     }
@@ -255,17 +270,17 @@ impl Painter<'_> {
             let region = self.binner.projector.region;
             let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
             let mut state = Tile::new(region.width as usize - column * SIDE, region.height as usize - row * SIDE);
-            self.paint_tile(lists, tile, &mut state);
+            self.paint_tile(lists, tile, &mut state, &mut Depths::NONE.clone());
             self.write(tile, &state, &canvas);
         });
     }
 
     /// Draws on top of what there is.
-    fn paint(&self, lists: &Lists<Entry>, tiles: &mut [Tile]) {
+    fn paint(&self, lists: &Lists<Entry>, tiles: &mut [Tile], depths: &mut [Depths]) {
         let grid = &self.binner.grid;
-        tiles.par_iter_mut().with_max_len(8).enumerate().for_each(|(tile, state)| {
+        tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(|(tile, (state, depths))| {
             if !lists.tile(grid, tile).is_empty() {
-                self.paint_tile(lists, tile, state);
+                self.paint_tile(lists, tile, state, depths);
             }
         });
     }
@@ -293,8 +308,8 @@ impl Painter<'_> {
         }
     }
 
-    fn paint_tile(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile) {
-        let work = PaintTile { painter: self, lists, tile, state, tally: Tally::default() };
+    fn paint_tile(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile, depths: &mut Depths) {
+        let work = PaintTile { painter: self, lists, tile, state, depths, tally: Tally::default() };
         let tally = match self.binner.projector.projection {
             Projection::Orthographic => simd::dispatch(Ortho(work)),
             Projection::Perspective => simd::dispatch(Persp(work)),
@@ -332,6 +347,7 @@ struct PaintTile<'a> {
     lists: &'a Lists<Entry>,
     tile: usize,
     state: &'a mut Tile,
+    depths: &'a mut Depths,
     tally: Tally,
 }
 
@@ -386,12 +402,12 @@ impl PaintTile<'_> {
             if entries.is_empty() {
                 continue;
             }
-            if self.state.depth.iter().all(|&depth| depth < grid.slab_start(slab)) {
+            if self.depths.farthest < grid.slab_start(slab) {
                 break;
             }
             for some in entries.chunks(64) {
                 for entry in some {
-                    if hidden(&self.state.depth, entry.sphere.nearest(), entry.window) {
+                    if hidden(self.depths, entry.sphere.nearest(), entry.window) {
                         continue;
                     }
                     let s = &entry.sphere;
@@ -412,6 +428,9 @@ impl PaintTile<'_> {
     /// Brings the farthest depth of the blocks up to date.
     #[inline(always)]
     fn freshen<const PERSPECTIVE: bool>(&mut self, columns: &[f64; SIDE], rows: &[f64; SIDE]) {
+        if self.state.stale == 0 {
+            return;
+        }
         while self.state.stale != 0 {
             let block = self.state.stale.trailing_zeros() as usize;
             self.state.stale &= self.state.stale - 1;
@@ -435,8 +454,9 @@ impl PaintTile<'_> {
             let farthest = farthest.into_iter().fold(f64::NEG_INFINITY, f64::max);
             // Screens so wide that |dir|^2 overflows have no depths to go by.
             let usable = self.painter.binner.projector.kappa < 1e70;
-            self.state.depth[block] = if usable { farthest } else { f64::INFINITY };
+            self.depths.blocks[block] = if usable { farthest } else { f64::INFINITY };
         }
+        self.depths.farthest = self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     }
 
     #[inline(always)]
@@ -457,6 +477,7 @@ impl PaintTile<'_> {
         let kappa = self.painter.binner.projector.kappa;
         let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, kappa);
         let square = s.r * s.r;
+        let front = s.nearest();
         let id = u64::from(entry.index);
         let [left, right, top, bottom] = entry.window.map(usize::from);
         for row in top..=bottom {
@@ -470,6 +491,7 @@ impl PaintTile<'_> {
                 let low: &mut [f64; LANES] = (&mut self.state.low[at..at + LANES]).try_into().expect("LANES long");
                 let ids: &mut [u64; LANES] = (&mut self.state.id[at..at + LANES]).try_into().expect("LANES long");
                 let (mut undecided, mut changed) = ([0u64; LANES], 0u64);
+                let (mut qs, mut bs, mut possible) = ([0.0; LANES], [0.0; LANES], 0u64);
                 for k in 0..LANES {
                     let sx = columns[first + k];
                     let (q, b) = if PERSPECTIVE {
@@ -481,6 +503,16 @@ impl PaintTile<'_> {
                         let dx = sx - s.x;
                         (fixed - dx * dx, along)
                     };
+                    // The nearest that parallel rays can meet; a square root would tell more, at a price.
+                    let behind = !PERSPECTIVE & (front > high[k]);
+                    possible |= u64::from(!((q < -doubt) | behind));
+                    (qs[k], bs[k]) = (q, b);
+                }
+                if possible == 0 {
+                    continue;
+                }
+                for k in 0..LANES {
+                    let (q, b) = (qs[k], bs[k]);
                     let root = if q > 0.0 { q } else { 0.0 }.sqrt();
                     let sure = q >= solid;
                     let depth = b - root;
