@@ -25,7 +25,7 @@ use std::{ops::Range, sync::Mutex, time::Instant};
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Binner, Entry, Keep, Lists, Window, split},
+    bins::{Binner, Entry, Keep, Lists, Window, Workspace, split},
     camera::{Projection, Region, View},
     exact::decide::{Ball, Pixel, Tally, Truth},
     project::{FLOOR, Projected, U},
@@ -47,7 +47,7 @@ const LANES: usize = 8;
 /// No sphere.
 const NONE: u64 = u64::MAX;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
-const WAVE: usize = 4 << 20;
+const WAVE: usize = 1 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
 const BAND: usize = 4 << 20;
 
@@ -78,114 +78,122 @@ struct Tile {
     stale: u32,
 }
 
-impl Tile {
-    fn new(columns: usize, rows: usize) -> Self {
-        let mut tile = Self {
-            high: [f64::NEG_INFINITY; SIDE * SIDE],
-            low: [f64::NEG_INFINITY; SIDE * SIDE],
-            id: [NONE; SIDE * SIDE],
-            stale: u32::MAX,
-        };
-        for row in 0..rows.min(SIDE) {
-            let pixels = row * SIDE..row * SIDE + columns.min(SIDE);
-            tile.high[pixels.clone()].fill(f64::INFINITY);
-            tile.low[pixels].fill(f64::INFINITY);
-        }
-        tile
+impl Default for Tile {
+    fn default() -> Self {
+        let outside = [f64::NEG_INFINITY; SIDE * SIDE];
+        Self { high: outside, low: outside, id: [NONE; SIDE * SIDE], stale: 0 }
     }
 }
 
-/// Draws a region of a view of a scene on all cores.
-///
-/// # Errors
-/// When memory does not suffice.
-pub fn draw(scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
-    let truth = Truth::new(view, scene.bounds());
-    let mut ids = Vec::new();
-    ids.try_reserve_exact(region.pixels()).map_err(|_| {
-        DrawError::Memory(format!(
-            "{} bytes for the ids of {} pixels cannot be had",
-            4 * region.pixels(),
-            region.pixels()
-        ))
-    })?;
-    let mut drawing = Drawing {
-        region,
-        ids,
-        counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
-        times: Times::default(),
-    };
-    let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
-    let mut top = 0;
-    while top < region.height {
-        let height = (region.height - top).min(rows as u32);
-        let band = Region { y: region.y + top, height, ..region };
-        let start = drawing.ids.len();
-        // The memory was reserved; what a tile does not reach stays background.
-        drawing.ids.resize(start + band.pixels(), -1);
-        draw_band(scene, &truth, band, &mut drawing, start);
-        top += height;
+impl Tile {
+    /// Nothing is seen yet in the first columns and rows; beyond them there are no pixels.
+    fn clear(&mut self, columns: usize, rows: usize) {
+        *self = Self { stale: u32::MAX, ..Self::default() };
+        for row in 0..rows.min(SIDE) {
+            let pixels = row * SIDE..row * SIDE + columns.min(SIDE);
+            self.high[pixels.clone()].fill(f64::INFINITY);
+            self.low[pixels].fill(f64::INFINITY);
+        }
     }
-    Ok(drawing)
+}
+
+/// The native device: memory that is kept from one picture to the next.
+#[derive(Default)]
+pub struct Cpu {
+    lists: Workspace<Entry>,
+    tiles: Vec<Tile>,
+}
+
+impl Cpu {
+    /// Draws a region of a view of a scene on all cores.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        let truth = Truth::new(view, scene.bounds());
+        let mut ids = Vec::new();
+        ids.try_reserve_exact(region.pixels()).map_err(|_| {
+            let bytes = 4 * region.pixels();
+            DrawError::Memory(format!("{bytes} bytes for the ids of {} pixels cannot be had", region.pixels()))
+        })?;
+        let mut drawing = Drawing {
+            region,
+            ids,
+            counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
+            times: Times::default(),
+        };
+        let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
+        let mut top = 0;
+        while top < region.height {
+            let height = (region.height - top).min(rows as u32);
+            let band = Region { y: region.y + top, height, ..region };
+            let start = drawing.ids.len();
+            // The memory was reserved; what a tile does not reach stays background.
+            drawing.ids.resize(start + band.pixels(), -1);
+            self.draw_band(scene, &truth, band, &mut drawing, start);
+            top += height;
+        }
+        Ok(drawing)
+    }
+
+    /// One band: its spheres in as many waves as memory wants, front ones first where that saves work.
+    fn draw_band(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
+        let begun = Instant::now();
+        let binner = Binner::new(scene, truth, band, SHIFT);
+        let grid = binner.grid;
+        let tally = Mutex::new(Tally::default());
+        let painter = Painter { scene, truth, binner: &binner, tally: &tally };
+        let ids = &mut drawing.ids[start..];
+        let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
+        let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
+        let mut left = split(0..scene.len());
+        let in_front = Visible { front: &front, drawn: None };
+        let mut lists = binner.lists(&mut left, &in_front, WAVE, &mut self.lists);
+        drawing.times.prepare += milliseconds(begun);
+        if !behind && left.iter().all(Range::is_empty) {
+            let drawn = Instant::now();
+            drawing.counts.entries += lists.entries.len();
+            painter.paint_once(lists, ids);
+            drawing.times.render += milliseconds(drawn);
+        } else {
+            let drawn = Instant::now();
+            self.tiles.resize_with(grid.tiles(), Tile::default);
+            self.tiles.par_iter_mut().enumerate().for_each(|(tile, state)| {
+                let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
+                state.clear(band.width as usize - column * SIDE, band.height as usize - row * SIDE);
+            });
+            drawing.times.render += milliseconds(drawn);
+            let mut depths = vec![Depths::NONE; grid.tiles()];
+            let mut second = false;
+            loop {
+                let drawn = Instant::now();
+                drawing.counts.entries += lists.entries.len();
+                painter.paint(lists, &mut self.tiles, &mut depths);
+                drawing.times.render += milliseconds(drawn);
+                if left.iter().all(Range::is_empty) {
+                    if !std::mem::take(&mut behind) {
+                        break;
+                    }
+                    second = true;
+                    left = split(0..scene.len());
+                }
+                let prepared = Instant::now();
+                let visible = Visible { front: &front, drawn: second.then_some(&depths) };
+                lists = binner.lists(&mut left, &visible, WAVE, &mut self.lists);
+                drawing.times.prepare += milliseconds(prepared);
+            }
+            let drawn = Instant::now();
+            painter.gather(&self.tiles, ids);
+            drawing.times.render += milliseconds(drawn);
+        }
+        let tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        drawing.counts.undecided += tally.signs as usize;
+        drawing.counts.exact += tally.ties as usize;
+    }
 }
 
 fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
-}
-
-/// One band: its spheres in as many waves as memory wants, front slabs first where that saves work.
-fn draw_band(scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
-    let begun = Instant::now();
-    let binner = Binner::new(scene, truth, band, SHIFT);
-    let grid = binner.grid;
-    let tally = Mutex::new(Tally::default());
-    let painter = Painter { scene, truth, binner: &binner, tally: &tally };
-    let ids = &mut drawing.ids[start..];
-    let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
-    let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
-    let mut left = split(0..scene.len());
-    let mut lists = binner.lists(&mut left, &Visible { front: &front, drawn: None }, WAVE);
-    drawing.times.prepare += milliseconds(begun);
-    let drawn = Instant::now();
-    if !behind && left.iter().all(Range::is_empty) {
-        drawing.counts.entries += lists.entries.len();
-        painter.paint_once(&lists, ids);
-        drawing.times.render += milliseconds(drawn);
-    } else {
-        let mut tiles: Vec<Tile> = (0..grid.tiles())
-            .into_par_iter()
-            .map(|tile| {
-                let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
-                Tile::new(band.width as usize - column * SIDE, band.height as usize - row * SIDE)
-            })
-            .collect();
-        let mut depths = vec![Depths::NONE; grid.tiles()];
-        let mut second = false;
-        loop {
-            let drawn = Instant::now();
-            drawing.counts.entries += lists.entries.len();
-            painter.paint(&lists, &mut tiles, &mut depths);
-            drawing.times.render += milliseconds(drawn);
-            // The lists' memory is given back before the next are made.
-            drop(lists);
-            if left.iter().all(Range::is_empty) {
-                if !std::mem::take(&mut behind) {
-                    break;
-                }
-                second = true;
-                left = split(0..scene.len());
-            }
-            let prepared = Instant::now();
-            lists = binner.lists(&mut left, &Visible { front: &front, drawn: second.then_some(&depths) }, WAVE);
-            drawing.times.prepare += milliseconds(prepared);
-        }
-        let drawn = Instant::now();
-        painter.gather(&tiles, ids);
-        drawing.times.render += milliseconds(drawn);
-    }
-    let tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    drawing.counts.undecided += tally.signs as usize;
-    drawing.counts.exact += tally.ties as usize;
 }
 
 /// From this many spheres on, it is found out first how deep they lie.
@@ -221,13 +229,17 @@ struct Visible<'a> {
 
 impl Keep for Visible<'_> {
     #[inline(always)]
-    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
-        // What is NaN goes in front.
-        let behind = nearest >= self.front[tile];
+    fn depths(&self, tile: usize) -> [f64; 2] {
         match self.drawn {
-            None => !behind,
-            Some(drawn) => behind && nearest <= drawn[tile].farthest && !hidden(&drawn[tile], nearest, window),
+            None => [f64::NEG_INFINITY, self.front[tile]],
+            // What begins at the very depth comes twice, which does no harm.
+            Some(drawn) => [self.front[tile], drawn[tile].farthest],
         }
+    }
+
+    #[inline(always)]
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
+        self.drawn.is_none_or(|drawn| !hidden(&drawn[tile], nearest, window))
     }
 }
 
@@ -269,7 +281,8 @@ impl Painter<'_> {
             }
             let region = self.binner.projector.region;
             let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
-            let mut state = Tile::new(region.width as usize - column * SIDE, region.height as usize - row * SIDE);
+            let mut state = Tile::default();
+            state.clear(region.width as usize - column * SIDE, region.height as usize - row * SIDE);
             self.paint_tile(lists, tile, &mut state, &mut Depths::NONE.clone());
             self.write(tile, &state, &canvas);
         });

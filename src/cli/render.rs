@@ -134,7 +134,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
 /// Which device `auto` has taken, and why.
 pub(super) fn auto_words(device: &Device) -> String {
     let why = match device {
-        Device::Cpu => "no hardware GPU was found",
+        Device::Cpu(_) => "no hardware GPU was found",
         #[allow(unreachable_patterns, reason = "which devices there are depends on how the crate is built")]
         _ => "a hardware GPU was found",
     };

@@ -2,8 +2,8 @@
 //!
 //! The pair arithmetic is that of Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks of
 //! double-word arithmetic" (ACM TOMS 44, 2017): addition (their algorithm 6) is within 3 u^2 and multiplication
-//! (algorithm 12) within 5 u^2 of the exact result, u = 2^-53. Both are under [`RELATIVE`]; products that fall below
-//! 2^-968 lose bits to underflow, which [`ABSOLUTE`] covers. The error travels along, rounded up.
+//! (algorithm 12) within 5 u^2 of the exact result, u = 2^-53. Both are under `RELATIVE`; products that fall below
+//! 2^-968 lose bits to underflow, which `ABSOLUTE` covers. The error travels along, rounded up.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
