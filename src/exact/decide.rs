@@ -20,13 +20,16 @@
 
 use std::cmp::Ordering;
 
-use dashu_int::IBig;
+use dashu_int::{
+    IBig, UBig,
+    ops::{Abs, BitTest, SquareRoot},
+};
 use glam::DVec3;
 
 use super::{
-    axes::{Axes, Axis, dot, integer, least_exponent},
+    axes::{Axes, Axis, dot, integer, least_exponent, scaled},
     dd::Bounded,
-    field::{Element, Field},
+    field::{Element, Field, sign_of},
     small,
 };
 use crate::{
@@ -271,9 +274,88 @@ impl Pixel<'_> {
         best.map(|(index, _)| index)
     }
 
-    /// The distance `t` of a hit, to about 90 bits before rounding to f64.
+    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it; exactly 0 where it is 0.
     pub fn distance(&self, hit: &Hit) -> f64 {
-        hit.y.value() / self.a.value() / self.truth.scale
+        if hit.y.is_within(0.25 * DISTANCE_ERROR) {
+            return hit.y.value() / self.a.value() / self.truth.scale;
+        }
+        // Nearly everything cancels: the camera is on the surface, or all but.
+        let by_product = match self.truth.view.camera.projection {
+            Projection::Perspective => self.distance_by_product(hit),
+            Projection::Orthographic => None,
+        };
+        by_product.unwrap_or_else(|| self.distance_by_integers(hit))
+    }
+
+    /// Perspective: the product of both roots is `(|f|^2 - r^2) / |dir|^2`, which is an exact number over `a`, so that the
+    /// root that cancels follows from the one that does not. Nothing if neither is certain.
+    fn distance_by_product(&self, hit: &Hit) -> Option<f64> {
+        let (truth, ball) = (self.truth, hit.ball);
+        let origin = truth.view.camera.origin;
+        let exponent = least_exponent(ball.center.to_array().into_iter().chain(origin.to_array()).chain([ball.radius]));
+        let f: [IBig; 3] = std::array::from_fn(|k| integer(ball.center[k], exponent) - integer(origin[k], exponent));
+        let r = integer(ball.radius, exponent);
+        let product = dot(&f, &f) - &r * &r;
+        let (beta, q) = self.bounded(ball);
+        if product.is_zero() {
+            // The roots are 0 and 2 beta / |dir|^2.
+            return match (beta.sign()?, hit.root) {
+                (1, Root::Near) | (-1, Root::Far) => Some(0.0),
+                _ => None,
+            };
+        }
+        let other = match hit.root {
+            Root::Near => beta + q.sqrt(),
+            Root::Far => beta - q.sqrt(),
+        };
+        if !other.is_within(0.25 * DISTANCE_ERROR) {
+            return None;
+        }
+        let drop = product.bit_len().saturating_sub(64);
+        let leading = (product >> drop).to_f64().value();
+        // `other` is in scaled lengths; the scale is a power of two.
+        let scale = (truth.scale.to_bits() >> 52) as i32 - 1023;
+        Some(scaled(leading / other.value(), drop as i32 + 2 * exponent + scale))
+    }
+
+    /// By integers with more and more bits, until the distance is certain.
+    fn distance_by_integers(&self, hit: &Hit) -> f64 {
+        let truth = self.truth;
+        let exponent = truth.exponent([hit.ball]);
+        let site = truth.site(self.odd, hit.ball, exponent);
+        let sign = hit.root.sign();
+        if truth.field.sign_with_root(&site.beta, sign, &site.q) == 0 {
+            return 0.0;
+        }
+        let Axes { a, b, .. } = &truth.axes;
+        let ab = a * b;
+        let mut bits = 256;
+        loop {
+            // Numbers times 2^bits, as intervals.
+            let root = |square: &IBig| -> IBig { floor_root(&(square << (2 * bits))) };
+            let (root_a, root_b, root_ab) = (root(a), root(b), root(&ab));
+            let value = |x: &Element| {
+                let [x0, x1, x2, x3] = &x.0;
+                let middle = (x0 << bits) + x1 * &root_a + x2 * &root_b + x3 * &root_ab;
+                let error = x1.clone().abs() + x2.clone().abs() + x3.clone().abs();
+                (&middle - &error, middle + error)
+            };
+            let ((beta_low, beta_high), (q_low, q_high)) = (value(&site.beta), value(&site.q));
+            let (root_low, root_high) = (floor_root(&(q_low << bits)), floor_root(&(q_high << bits)) + IBig::ONE);
+            let (low, high) = match hit.root {
+                Root::Near => (beta_low - root_high, beta_high - root_low),
+                Root::Far => (beta_low + root_low, beta_high + root_high),
+            };
+            if sign_of(&low) > 0 && &high - &low <= (&low >> 48) {
+                // t = y P / (a' sqrt(A B)), in units of 2^exponent / (2 lcm).
+                let numerator = low * &site.p;
+                let denominator = &site.a * root_ab * IBig::from(2 * truth.lcm[0]);
+                let shift = (denominator.bit_len() + 64).saturating_sub(numerator.bit_len());
+                let quotient = ((numerator << shift) / denominator).to_f64().value();
+                return scaled(quotient, exponent - shift as i32);
+            }
+            bits *= 2;
+        }
     }
 
     /// `beta` and `q` of the view space, over `sqrt(A B)` and its square: `t = (beta -+ sqrt q) / a`.
@@ -338,6 +420,14 @@ impl Pixel<'_> {
             },
         )
     }
+}
+
+/// Bound of the relative error of [`Pixel::distance`].
+pub const DISTANCE_ERROR: f64 = f64::from_bits((1023 - 40) << 52);
+
+/// The square root, rounded down; of a negative number, 0.
+fn floor_root(square: &IBig) -> IBig {
+    UBig::try_from(square.clone()).map_or(IBig::ZERO, |square| IBig::from(square.sqrt()))
 }
 
 /// Each component of an axis is within this of its pair of f64.
