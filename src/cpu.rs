@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use crate::{
     bins::{Binner, Entry, Keep, Lists, Window, Workspace, split},
     camera::{Projection, Region, View},
-    exact::decide::{Ball, Pixel, Tally, Truth},
+    exact::decide::{Ball, Hit, Root, Tally, Truth},
     project::{FLOOR, Projected, U},
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
@@ -188,7 +188,7 @@ impl Cpu {
         }
         let tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         drawing.counts.undecided += tally.signs as usize;
-        drawing.counts.exact += tally.ties as usize;
+        drawing.counts.exact += tally.big as usize;
     }
 }
 
@@ -423,10 +423,7 @@ impl PaintTile<'_> {
                     if hidden(self.depths, entry.sphere.nearest(), entry.window) {
                         continue;
                     }
-                    let s = &entry.sphere;
-                    let bound = s.bound();
-                    // The planes may cut it: then every pixel is looked at by itself.
-                    if s.z - s.r - bound <= projector.near || s.z + s.r + bound >= projector.far {
+                    if projector.cuts(&entry.sphere) {
                         self.clipped::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
                     } else {
                         self.whole::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
@@ -492,6 +489,8 @@ impl PaintTile<'_> {
         let square = s.r * s.r;
         let front = s.nearest();
         let id = u64::from(entry.index);
+        // A holder that turned out to be the same sphere.
+        let mut twin = NONE - 1;
         let [left, right, top, bottom] = entry.window.map(usize::from);
         for row in top..=bottom {
             // Per row: the part of q that does not change along it.
@@ -544,9 +543,18 @@ impl PaintTile<'_> {
                 }
                 if undecided.iter().fold(0, |any, &u| any | u) != 0 {
                     for (k, &undecided) in undecided.iter().enumerate() {
-                        if undecided != 0 {
-                            self.settle(entry.index, row * SIDE + first + k, corner);
+                        let at = at + k;
+                        if undecided == 0 {
+                            continue;
                         }
+                        if self.state.id[at] == twin {
+                            // Known to be the same sphere, under another index.
+                            self.state.id[at] = twin.min(id);
+                            continue;
+                        }
+                        let root = if qs[k] > 0.0 { qs[k] } else { 0.0 }.sqrt();
+                        let depth = (qs[k] >= solid).then_some([bs[k] - root - width, bs[k] - root + width]);
+                        twin = self.settle::<PERSPECTIVE>(entry, at, corner, depth).unwrap_or(twin);
                     }
                 }
             }
@@ -614,43 +622,60 @@ impl PaintTile<'_> {
                         self.state.id[at] = u64::from(entry.index);
                         self.touch(row, column);
                     }
-                    _ => self.settle(entry.index, at, corner),
+                    _ => {
+                        self.settle::<PERSPECTIVE>(entry, at, corner, None);
+                    }
                 }
             }
         }
     }
 
-    /// Decides exactly between a sphere and the holder of a pixel.
+    /// Decides exactly between a sphere and the holder of a pixel. Answers with the holder if it is the same sphere.
+    ///
+    /// `depth` bounds the depth of a sphere that no plane cuts and that is hit for certain.
     #[cold]
     #[inline(never)]
-    fn settle(&mut self, index: u32, at: usize, [x, y]: [usize; 2]) {
-        let region = self.painter.binner.projector.region;
+    fn settle<const PERSPECTIVE: bool>(
+        &mut self,
+        entry: &Entry,
+        at: usize,
+        [x, y]: [usize; 2],
+        depth: Option<[f64; 2]>,
+    ) -> Option<u64> {
+        let Painter { scene, truth, binner, .. } = *self.painter;
+        let region = binner.projector.region;
         let (column, row) = ((x + at % SIDE) as u32, (y + at / SIDE) as u32);
         if column >= region.width || row >= region.height {
-            return;
+            return None;
         }
-        let scene = self.painter.scene;
-        let ball = Ball::from(scene.sphere(index as usize));
+        let index = u64::from(entry.index);
+        let ball = Ball::from(scene.sphere(entry.index as usize));
         let holder = self.state.id[at];
         let held = (holder != NONE).then(|| Ball::from(scene.sphere(holder as usize)));
         if held == Some(ball) {
-            self.state.id[at] = holder.min(u64::from(index));
-            return;
+            self.state.id[at] = holder.min(index);
+            return Some(holder);
         }
-        let pixel: Pixel = self.painter.truth.pixel(region.x + column, region.y + row);
-        let Some(hit) = pixel.hit(ball, &mut self.tally) else { return };
+        let pixel = truth.pixel(region.x + column, region.y + row);
+        let hit = match depth {
+            Some(_) => Hit::known(ball, Root::Near),
+            None => pixel.hit(ball, &mut self.tally)?,
+        };
         if let Some(held) = held {
-            // The holder was seen when it became the holder.
-            let held = pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there");
+            // The holder was seen when it became the holder; which wall is plain where no plane cuts it.
+            let whole = !binner.projector.cuts(&binner.projector.project(held.center, held.radius));
+            let held = match whole {
+                true => Hit::known(held, Root::Near),
+                false => pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there"),
+            };
             let order = pixel.order(&hit, &held, &mut self.tally);
-            if order.then(u64::from(index).cmp(&holder)).is_gt() {
-                return;
+            if order.then(index.cmp(&holder)).is_gt() {
+                return None;
             }
         }
-        let [low, high] = hit.interval();
-        self.state.low[at] = low;
-        self.state.high[at] = high;
-        self.state.id[at] = u64::from(index);
+        [self.state.low[at], self.state.high[at]] = depth.unwrap_or_else(|| pixel.interval(&hit));
+        self.state.id[at] = index;
         self.touch(at / SIDE, at % SIDE);
+        None
     }
 }

@@ -47,9 +47,9 @@ pub struct Counts {
     pub pixels: usize,
     /// Entries of tile lists.
     pub entries: usize,
-    /// Pixels (or pixel and sphere pairs) that the filter left to be decided.
+    /// Questions (the sign of a number) that the filter left to be decided.
     pub undecided: usize,
-    /// Of these, decided by exact integers after 100-bit arithmetic did not tell.
+    /// Of these, decided by algebra in integers of any size, because neither 128-bit integers nor 100 bits could tell.
     pub exact: usize,
 }
 

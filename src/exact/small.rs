@@ -5,15 +5,15 @@
 
 use dashu_int::IBig;
 
-use super::{
-    axes::{self, split},
-    decide::Ball,
-};
+use super::{axes, decide::Ball};
 use crate::camera::View;
 
-/// The camera's axes in 128 bits.
+/// How many bits below the largest length of a scene the unit lies.
+const BITS: i32 = 36;
+
+/// A view in integers: lengths in units of `2^exponent / (2 lcm)`, as in [`super::decide`].
 #[derive(Clone, Debug)]
-pub struct Axes {
+pub struct Frame {
     d: [i128; 3],
     e: [i128; 3],
     g: [i128; 3],
@@ -22,51 +22,34 @@ pub struct Axes {
     b: i128,
     root_a: i128,
     root_b: i128,
+    /// `2^-exponent`.
+    per_unit: f64,
+    /// `2 lcm`.
+    parts: i128,
+    /// In units of `2^exponent`.
+    origin: [i128; 3],
+    /// Half a pixel each way.
+    half_pixel: [i128; 2],
 }
 
-impl Axes {
-    /// If they are rational and fit.
-    pub fn new(axes: &axes::Axes, roots: Option<(&IBig, &IBig)>) -> Option<Self> {
-        let number = |value: &IBig| i128::try_from(value.clone()).ok();
-        let vector = |v: &axes::Vector| Some([number(&v[0])?, number(&v[1])?, number(&v[2])?]);
-        let (root_a, root_b) = roots?;
-        Some(Self {
-            d: vector(&axes.d)?,
-            e: vector(&axes.e)?,
-            g: vector(&axes.g)?,
-            a: number(&axes.a)?,
-            b: number(&axes.b)?,
-            root_a: number(root_a)?,
-            root_b: number(root_b)?,
-        })
-    }
-}
-
-/// `y = beta -+ sqrt q` of a sphere at a pixel, with `t = y / scale`; see [`super::decide`].
+/// `y = beta -+ sqrt q` of a sphere at a pixel, with `t = y / sqrt(A B)`; see [`super::decide`].
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     /// `(f.d) sqrt B`.
     pub beta: i128,
-    /// `A B` times the square of half the chord.
-    pub q: i128,
-    /// `sqrt (A B)`.
-    pub scale: i128,
+    /// `q - A B r^2`, which needs no radius.
+    pub apart: i128,
+    /// `A B` times the square of half the chord; none if the radius does not fit.
+    pub q: Option<i128>,
 }
 
-/// `value / 2^exponent`, if it is an integer of at most 126 bits.
-fn integer(value: f64, exponent: i32) -> Option<i128> {
-    let (mantissa, own) = split(value);
-    if mantissa == 0 {
-        return Some(0);
+/// The sign of `y_1 - y_2` for the roots `s` and `t` (-1 or 1) of two spheres.
+pub fn order(one: &Site, s: i32, other: &Site, t: i32, same_radius: bool) -> Option<i32> {
+    if same_radius && s == t && one.beta == other.beta {
+        // s (sqrt q_1 - sqrt q_2), and the radius drops out: the true ties of lattices, whatever the radius.
+        return Some(s * sign(one.apart.checked_sub(other.apart)?));
     }
-    let shift = u32::try_from(own.checked_sub(exponent)?).ok()?;
-    let bits = i64::BITS - mantissa.unsigned_abs().leading_zeros();
-    (shift + bits <= 126).then(|| i128::from(mantissa) << shift)
-}
-
-/// A length in units of `2^exponent / (2 lcm)`.
-pub fn length(value: f64, exponent: i32, lcm: u64) -> Option<i128> {
-    integer(value, exponent)?.checked_mul(2 * i128::from(lcm))
+    sign_with_roots(one.beta.checked_sub(other.beta)?, s, one.q?, t, other.q?)
 }
 
 fn dot(a: [i128; 3], b: [i128; 3]) -> Option<i128> {
@@ -74,28 +57,78 @@ fn dot(a: [i128; 3], b: [i128; 3]) -> Option<i128> {
     part(0)?.checked_add(part(1)?)?.checked_add(part(2)?)
 }
 
-impl Site {
-    /// Of a sphere at the pixel whose sample point is `odd * pitch / 2`; `lcm` as in [`super::decide::Truth`].
-    pub fn new(axes: &Axes, view: &View, lcm: [u64; 3], odd: [i32; 2], ball: Ball, exponent: i32) -> Option<Self> {
-        let sample =
-            |k: usize, length: f64| integer(length, exponent)?.checked_mul(i128::from(odd[k]) * i128::from(lcm[k + 1]));
-        let component = |k: usize| {
-            let apart = integer(ball.center[k], exponent)?.checked_sub(integer(view.camera.origin[k], exponent)?)?;
-            apart.checked_mul(2 * i128::from(lcm[0]))
+fn square(value: i128) -> Option<i128> {
+    value.checked_mul(value)
+}
+
+impl Frame {
+    /// If the axes are rational (`roots` of `A` and `B`) and everything fits; `lcm` as in [`super::decide::Truth`], `largest`
+    /// the exponent of the largest length.
+    pub fn new(
+        axes: &axes::Axes,
+        roots: Option<(&IBig, &IBig)>,
+        view: &View,
+        lcm: [u64; 3],
+        largest: i32,
+    ) -> Option<Self> {
+        let number = |value: &IBig| i128::try_from(value.clone()).ok();
+        let vector = |v: &axes::Vector| Some([number(&v[0])?, number(&v[1])?, number(&v[2])?]);
+        let (root_a, root_b) = roots?;
+        let mut frame = Self {
+            d: vector(&axes.d)?,
+            e: vector(&axes.e)?,
+            g: vector(&axes.g)?,
+            a: number(&axes.a)?,
+            b: number(&axes.b)?,
+            root_a: number(root_a)?,
+            root_b: number(root_b)?,
+            per_unit: axes::scaled(1.0, BITS - largest),
+            parts: 2 * i128::from(lcm[0]),
+            origin: [0; 3],
+            half_pixel: [0; 2],
         };
+        if !frame.per_unit.is_normal() {
+            return None;
+        }
+        for (k, coordinate) in view.camera.origin.to_array().into_iter().enumerate() {
+            frame.origin[k] = frame.integer(coordinate)?;
+        }
+        for (k, length) in [view.pitch_x.length, view.pitch_y.length].into_iter().enumerate() {
+            frame.half_pixel[k] = frame.integer(length)?.checked_mul(i128::from(lcm[k + 1]))?;
+        }
+        Some(frame)
+    }
+
+    /// A length in units of `2^exponent`, if it is an integer of at most 53 bits.
+    fn integer(&self, value: f64) -> Option<i128> {
+        // A power of two: exact, unless it underflows, and then it is not an integer either.
+        let units = value * self.per_unit;
+        let whole = units as i64;
+        (whole as f64 == units && units.abs() < 9.0e15 && (whole != 0 || value == 0.0)).then(|| i128::from(whole))
+    }
+
+    /// `plane * sqrt(A B)`, to compare with `y`.
+    pub fn plane(&self, distance: f64) -> Option<i128> {
+        self.integer(distance)?.checked_mul(self.parts)?.checked_mul(self.root_a)?.checked_mul(self.root_b)
+    }
+
+    /// A sphere at the pixel whose sample point is `odd` half pixels from the middle.
+    pub fn site(&self, odd: [i32; 2], ball: Ball) -> Option<Site> {
+        let component = |k: usize| (self.integer(ball.center[k])? - self.origin[k]).checked_mul(self.parts);
         let f = [component(0)?, component(1)?, component(2)?];
-        let (sx, sy) = (sample(0, view.pitch_x.length)?, sample(1, view.pitch_y.length)?);
-        let r = length(ball.radius, exponent, lcm[0])?;
-        let (fd, fe, fg) = (dot(f, axes.d)?, dot(f, axes.e)?, dot(f, axes.g)?);
-        let square = |value: i128| value.checked_mul(value);
-        let rest = square(r)?.checked_sub(square(sx)?)?.checked_sub(square(sy)?)?.checked_sub(dot(f, f)?)?;
-        let scale = axes.root_a.checked_mul(axes.root_b)?;
-        let q = square(scale)?
-            .checked_mul(rest)?
-            .checked_add(axes.b.checked_mul(square(fd)?)?)?
-            .checked_add(sx.checked_mul(fe)?.checked_mul(2 * axes.a)?.checked_mul(axes.root_b)?)?
+        let sx = self.half_pixel[0].checked_mul(i128::from(odd[0]))?;
+        let sy = self.half_pixel[1].checked_mul(i128::from(odd[1]))?;
+        let (fd, fe, fg) = (dot(f, self.d)?, dot(f, self.e)?, dot(f, self.g)?);
+        let rest = square(sx)?.checked_add(square(sy)?)?.checked_add(dot(f, f)?)?;
+        let scale = self.root_a.checked_mul(self.root_b)?;
+        let apart = square(scale)?
+            .checked_mul(-rest)?
+            .checked_add(self.b.checked_mul(square(fd)?)?)?
+            .checked_add(sx.checked_mul(fe)?.checked_mul(2)?.checked_mul(self.a)?.checked_mul(self.root_b)?)?
             .checked_add(sy.checked_mul(fg)?.checked_mul(2)?.checked_mul(scale)?)?;
-        Some(Self { beta: fd.checked_mul(axes.root_b)?, q, scale })
+        let radius = || square(self.integer(ball.radius)?.checked_mul(self.parts)?)?.checked_mul(square(scale)?);
+        let q = radius().and_then(|radius| apart.checked_add(radius));
+        Some(Site { beta: fd.checked_mul(self.root_b)?, apart, q })
     }
 }
 
