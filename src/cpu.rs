@@ -31,7 +31,7 @@ use crate::{
     project::{FLOOR, Projected, U},
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
-    simd,
+    simd::{self, LANES, Lanes},
 };
 
 /// log2 of the side of a tile.
@@ -42,10 +42,8 @@ const SIDE: usize = 1 << SHIFT;
 const BLOCK: usize = 8;
 /// Blocks a side of a tile.
 const BLOCKS: usize = SIDE / BLOCK;
-/// Pixels tested together.
-const LANES: usize = 8;
-/// No sphere.
-const NONE: u64 = u64::MAX;
+/// No sphere, as an index among f64: the conversion to i32 gives -1.
+const NONE: f64 = -1.0;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
 const WAVE: usize = 1 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
@@ -72,8 +70,8 @@ struct Tile {
     high: [f64; SIDE * SIDE],
     /// Lower bound of it.
     low: [f64; SIDE * SIDE],
-    /// The holder.
-    id: [u64; SIDE * SIDE],
+    /// Index of the holder, as an f64 so that it can be chosen along with the others.
+    id: [f64; SIDE * SIDE],
     /// Blocks whose depth may have become less.
     stale: u32,
 }
@@ -315,7 +313,6 @@ impl Painter<'_> {
             // SAFETY: inside the ids, checked above; these pixels belong to this tile alone, and the ids outlive the threads.
             let to = unsafe { std::slice::from_raw_parts_mut(canvas.0.add(start), across) };
             for (to, &id) in to.iter_mut().zip(&state.id[row * SIDE..]) {
-                // NONE becomes -1.
                 *to = id as i32;
             }
         }
@@ -339,8 +336,8 @@ impl simd::Work for Ortho<'_> {
     type Output = Tally;
 
     #[inline(always)]
-    fn run(self) -> Tally {
-        self.0.run::<false>()
+    fn run<L: Lanes>(self) -> Tally {
+        self.0.run::<L, false>()
     }
 }
 
@@ -350,8 +347,8 @@ impl simd::Work for Persp<'_> {
     type Output = Tally;
 
     #[inline(always)]
-    fn run(self) -> Tally {
-        self.0.run::<true>()
+    fn run<L: Lanes>(self) -> Tally {
+        self.0.run::<L, true>()
     }
 }
 
@@ -403,7 +400,7 @@ impl Margins {
 
 impl PaintTile<'_> {
     #[inline(always)]
-    fn run<const PERSPECTIVE: bool>(mut self) -> Tally {
+    fn run<L: Lanes, const PERSPECTIVE: bool>(mut self) -> Tally {
         let grid = self.painter.binner.grid;
         let (x, y) = (self.tile % grid.columns as usize * SIDE, self.tile / grid.columns as usize * SIDE);
         let projector = &self.painter.binner.projector;
@@ -426,10 +423,10 @@ impl PaintTile<'_> {
                     if projector.cuts(&entry.sphere) {
                         self.clipped::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
                     } else {
-                        self.whole::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
+                        self.whole::<L, PERSPECTIVE>(entry, &columns, &rows, [x, y]);
                     }
                 }
-                self.freshen::<PERSPECTIVE>(&columns, &rows);
+                self.freshen::<L, PERSPECTIVE>(&columns, &rows);
             }
         }
         self.tally
@@ -437,7 +434,7 @@ impl PaintTile<'_> {
 
     /// Brings the farthest depth of the blocks up to date.
     #[inline(always)]
-    fn freshen<const PERSPECTIVE: bool>(&mut self, columns: &[f64; SIDE], rows: &[f64; SIDE]) {
+    fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, columns: &[f64; SIDE], rows: &[f64; SIDE]) {
         if self.state.stale == 0 {
             return;
         }
@@ -448,20 +445,23 @@ impl PaintTile<'_> {
                 continue;
             }
             let (x, y) = (block % BLOCKS * BLOCK, block / BLOCKS * BLOCK);
-            let mut farthest = [f64::NEG_INFINITY; BLOCK];
+            let sx = L::load(&columns[x..]);
+            let mut farthest = L::splat(f64::NEG_INFINITY);
             for row in y..y + BLOCK {
-                for k in 0..BLOCK {
-                    let mut depth = self.state.high[row * SIDE + x + k];
-                    if PERSPECTIVE {
-                        // From t a back to t; two roundings up.
-                        depth /= 1.0 + columns[x + k] * columns[x + k] + rows[row] * rows[row];
-                        depth += depth.abs() * (16.0 * U);
-                    }
-                    // A pixel outside the region is NaN or negative infinite here and hides nothing.
-                    farthest[k] = if depth > farthest[k] { depth } else { farthest[k] };
-                }
+                let high = L::load(&self.state.high[row * SIDE + x..]);
+                let depth = if PERSPECTIVE {
+                    // From t a back to t; a few roundings, made up for on the side of safety.
+                    let sy = rows[row];
+                    let a = sx.mul(sx).add(L::splat(1.0 + sy * sy));
+                    let depth = high.div(a);
+                    depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(16.0 * U)))
+                } else {
+                    high
+                };
+                // A pixel outside the region is NaN or negative infinite here and hides nothing.
+                farthest = depth.max(farthest);
             }
-            let farthest = farthest.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let farthest = farthest.greatest();
             // Screens so wide that |dir|^2 overflows have no depths to go by.
             let usable = self.painter.binner.projector.kappa < 1e70;
             self.depths.blocks[block] = if usable { farthest } else { f64::INFINITY };
@@ -476,7 +476,7 @@ impl PaintTile<'_> {
 
     /// A sphere that no plane can cut: the near root, in vector form.
     #[inline(always)]
-    fn whole<const PERSPECTIVE: bool>(
+    fn whole<L: Lanes, const PERSPECTIVE: bool>(
         &mut self,
         entry: &Entry,
         columns: &[f64; SIDE],
@@ -487,11 +487,12 @@ impl PaintTile<'_> {
         let kappa = self.painter.binner.projector.kappa;
         let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, kappa);
         let square = s.r * s.r;
-        let front = s.nearest();
-        let id = u64::from(entry.index);
+        let front = L::splat(s.nearest());
+        let id = f64::from(entry.index);
         // A holder that turned out to be the same sphere.
-        let mut twin = NONE - 1;
+        let mut twin = f64::NAN;
         let [left, right, top, bottom] = entry.window.map(usize::from);
+        let zero = L::splat(0.0);
         for row in top..=bottom {
             // Per row: the part of q that does not change along it.
             let sy = rows[row];
@@ -499,63 +500,58 @@ impl PaintTile<'_> {
             let (fixed, over) = if PERSPECTIVE { (m * m, 1.0 + sy * sy) } else { (square - m * m, 0.0) };
             for first in (left / LANES * LANES..=right).step_by(LANES) {
                 let at = row * SIDE + first;
-                let high: &mut [f64; LANES] = (&mut self.state.high[at..at + LANES]).try_into().expect("LANES long");
-                let low: &mut [f64; LANES] = (&mut self.state.low[at..at + LANES]).try_into().expect("LANES long");
-                let ids: &mut [u64; LANES] = (&mut self.state.id[at..at + LANES]).try_into().expect("LANES long");
-                let (mut undecided, mut changed) = ([0u64; LANES], 0u64);
-                let (mut qs, mut bs, mut possible) = ([0.0; LANES], [0.0; LANES], 0u64);
-                for k in 0..LANES {
-                    let sx = columns[first + k];
-                    let (q, b) = if PERSPECTIVE {
-                        let n = s.z * sx - s.x;
-                        let cross = n * sy + m * sx;
-                        let q = (over + sx * sx) * square - (fixed + n * n + cross * cross);
-                        (q, s.x * sx + along)
-                    } else {
-                        let dx = sx - s.x;
-                        (fixed - dx * dx, along)
-                    };
-                    // The nearest that parallel rays can meet; a square root would tell more, at a price.
-                    let behind = !PERSPECTIVE & (front > high[k]);
-                    possible |= u64::from(!((q < -doubt) | behind));
-                    (qs[k], bs[k]) = (q, b);
-                }
-                if possible == 0 {
+                let sx = L::load(&columns[first..]);
+                let high = L::load(&self.state.high[at..]);
+                let (q, b) = if PERSPECTIVE {
+                    let n = L::splat(s.z).mul(sx).sub(L::splat(s.x));
+                    let cross = n.mul(L::splat(sy)).add(L::splat(m).mul(sx));
+                    let apart = L::splat(fixed).add(n.mul(n)).add(cross.mul(cross));
+                    let q = L::splat(over).add(sx.mul(sx)).mul(L::splat(square)).sub(apart);
+                    (q, L::splat(s.x).mul(sx).add(L::splat(along)))
+                } else {
+                    let dx = sx.sub(L::splat(s.x));
+                    (L::splat(fixed).sub(dx.mul(dx)), L::splat(along))
+                };
+                // The nearest that parallel rays can meet; a square root would tell more, at a price.
+                let behind = if PERSPECTIVE { 0 } else { high.less(front) };
+                let miss = q.less(L::splat(-doubt)) | behind;
+                if miss == u8::MAX {
                     continue;
                 }
-                for k in 0..LANES {
-                    let (q, b) = (qs[k], bs[k]);
-                    let root = if q > 0.0 { q } else { 0.0 }.sqrt();
-                    let sure = q >= solid;
-                    let depth = b - root;
-                    let least = if sure { depth - width } else { b - rim };
-                    let most = depth + width;
-                    let win = sure & (most < low[k]);
-                    let lose = (q < -doubt) | (least > high[k]);
-                    undecided[k] = u64::from(!(win | lose));
-                    changed |= u64::from(win);
-                    high[k] = if win { most } else { high[k] };
-                    low[k] = if win { least } else { low[k] };
-                    ids[k] = if win { id } else { ids[k] };
-                }
-                if changed != 0 {
+                let root = q.max(zero).sqrt();
+                // What is NaN is in doubt.
+                let sure = L::splat(solid).less(q);
+                let depth = b.sub(root);
+                let least = L::select(sure, depth.sub(L::splat(width)), b.sub(L::splat(rim)));
+                let most = depth.add(L::splat(width));
+                let low = L::load(&self.state.low[at..]);
+                let win = sure & most.less(low);
+                let lose = miss | high.less(least);
+                if win != 0 {
+                    L::select(win, most, high).store(&mut self.state.high[at..]);
+                    L::select(win, least, low).store(&mut self.state.low[at..]);
+                    let ids = L::load(&self.state.id[at..]);
+                    L::select(win, L::splat(id), ids).store(&mut self.state.id[at..]);
                     self.touch(row, first);
                 }
-                if undecided.iter().fold(0, |any, &u| any | u) != 0 {
-                    for (k, &undecided) in undecided.iter().enumerate() {
-                        let at = at + k;
-                        if undecided == 0 {
-                            continue;
-                        }
-                        if self.state.id[at] == twin {
-                            // Known to be the same sphere, under another index.
-                            self.state.id[at] = twin.min(id);
-                            continue;
-                        }
-                        let root = if qs[k] > 0.0 { qs[k] } else { 0.0 }.sqrt();
-                        let depth = (qs[k] >= solid).then_some([bs[k] - root - width, bs[k] - root + width]);
-                        twin = self.settle::<PERSPECTIVE>(entry, at, corner, depth).unwrap_or(twin);
+                let mut undecided = !(win | lose);
+                if undecided == 0 {
+                    continue;
+                }
+                let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
+                least.store(&mut leasts);
+                most.store(&mut mosts);
+                while undecided != 0 {
+                    let k = undecided.trailing_zeros() as usize;
+                    undecided &= undecided - 1;
+                    let at = at + k;
+                    if self.state.id[at] == twin {
+                        // Known to be the same sphere, under another index.
+                        self.state.id[at] = twin.min(id);
+                        continue;
                     }
+                    let depth = (sure >> k & 1 == 1).then_some([leasts[k], mosts[k]]);
+                    twin = self.settle::<PERSPECTIVE>(entry, at, corner, depth).unwrap_or(twin);
                 }
             }
         }
@@ -619,7 +615,7 @@ impl PaintTile<'_> {
                     Some(depth) if depth + width < self.state.low[at] => {
                         self.state.high[at] = depth + width;
                         self.state.low[at] = depth - width;
-                        self.state.id[at] = u64::from(entry.index);
+                        self.state.id[at] = f64::from(entry.index);
                         self.touch(row, column);
                     }
                     _ => {
@@ -641,14 +637,14 @@ impl PaintTile<'_> {
         at: usize,
         [x, y]: [usize; 2],
         depth: Option<[f64; 2]>,
-    ) -> Option<u64> {
+    ) -> Option<f64> {
         let Painter { scene, truth, binner, .. } = *self.painter;
         let region = binner.projector.region;
         let (column, row) = ((x + at % SIDE) as u32, (y + at / SIDE) as u32);
         if column >= region.width || row >= region.height {
             return None;
         }
-        let index = u64::from(entry.index);
+        let index = f64::from(entry.index);
         let ball = Ball::from(scene.sphere(entry.index as usize));
         let holder = self.state.id[at];
         let held = (holder != NONE).then(|| Ball::from(scene.sphere(holder as usize)));
@@ -669,7 +665,7 @@ impl PaintTile<'_> {
                 false => pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there"),
             };
             let order = pixel.order(&hit, &held, &mut self.tally);
-            if order.then(index.cmp(&holder)).is_gt() {
+            if order.then(index.total_cmp(&holder)).is_gt() {
                 return None;
             }
         }
