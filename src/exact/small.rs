@@ -1,7 +1,7 @@
 //! Decisions in 128-bit integers: for orthographic cameras with rational axes and short numbers, as lattices have them.
 //!
-//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. Every operation is checked: what does not
-//! fit gives `None`, and the caller goes on with integers of any size. Only the last comparison needs 256 bits.
+//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. What does not fit, by a limit on
+//! lengths or a check, gives `None`, and the caller goes on with other arithmetic. Only the last comparison needs 256 bits.
 
 use dashu_int::IBig;
 
@@ -14,22 +14,24 @@ const BITS: i32 = 36;
 /// A view in integers: lengths in units of `2^exponent / (2 lcm)`, as in [`super::decide`].
 #[derive(Clone, Debug)]
 pub struct Frame {
-    d: [i128; 3],
-    e: [i128; 3],
-    g: [i128; 3],
-    /// `A`, `B` and their integer roots.
+    d: [i64; 3],
+    e: [i64; 3],
+    g: [i64; 3],
+    /// `A`, `B` and the root of their product.
     a: i128,
     b: i128,
-    root_a: i128,
     root_b: i128,
+    root_ab: i128,
     /// `2^-exponent`.
     per_unit: f64,
     /// `2 lcm`.
-    parts: i128,
+    parts: i64,
+    /// Lengths below this keep every sum of [`Frame::site`] inside its type.
+    limit: i64,
     /// In units of `2^exponent`.
-    origin: [i128; 3],
+    origin: [i64; 3],
     /// Half a pixel each way.
-    half_pixel: [i128; 2],
+    half_pixel: [i64; 2],
 }
 
 /// `y = beta -+ sqrt q` of a sphere at a pixel, with `t = y / sqrt(A B)`; see [`super::decide`].
@@ -52,13 +54,12 @@ pub fn order(one: &Site, s: i32, other: &Site, t: i32, same_radius: bool) -> Opt
     sign_with_roots(one.beta.checked_sub(other.beta)?, s, one.q?, t, other.q?)
 }
 
-fn dot(a: [i128; 3], b: [i128; 3]) -> Option<i128> {
-    let part = |k: usize| a[k].checked_mul(b[k]);
-    part(0)?.checked_add(part(1)?)?.checked_add(part(2)?)
+fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn square(value: i128) -> Option<i128> {
-    value.checked_mul(value)
+fn square(value: i64) -> i128 {
+    i128::from(value) * i128::from(value)
 }
 
 impl Frame {
@@ -71,19 +72,27 @@ impl Frame {
         lcm: [u64; 3],
         largest: i32,
     ) -> Option<Self> {
-        let number = |value: &IBig| i128::try_from(value.clone()).ok();
+        let number = |value: &IBig| i64::try_from(value.clone()).ok();
         let vector = |v: &axes::Vector| Some([number(&v[0])?, number(&v[1])?, number(&v[2])?]);
         let (root_a, root_b) = roots?;
+        let (d, e, g) = (vector(&axes.d)?, vector(&axes.e)?, vector(&axes.g)?);
+        let (a, b, root_ab) = (number(&axes.a)?, number(&axes.b)?, number(&(root_a * root_b))?);
+        // With lengths below 2^f and components below 2^c, dot products are below 2^(f + c + 2): within an i64. The terms of
+        // `site` are below A B 2^(2 f + 2 c + 5) and there are fewer than eight.
+        let bits = |value: i64| 64 - value.unsigned_abs().leading_zeros() as i32;
+        let component = d.into_iter().chain(e).chain(g).map(bits).max()?;
+        let length = (60 - component).min((118 - 2 * component - bits(a) - bits(b)) / 2);
         let mut frame = Self {
-            d: vector(&axes.d)?,
-            e: vector(&axes.e)?,
-            g: vector(&axes.g)?,
-            a: number(&axes.a)?,
-            b: number(&axes.b)?,
-            root_a: number(root_a)?,
-            root_b: number(root_b)?,
+            d,
+            e,
+            g,
+            a: a.into(),
+            b: b.into(),
+            root_b: number(root_b)?.into(),
+            root_ab: root_ab.into(),
             per_unit: axes::scaled(1.0, BITS - largest),
-            parts: 2 * i128::from(lcm[0]),
+            parts: 2 * i64::try_from(lcm[0]).ok()?,
+            limit: if (1..60).contains(&length) { 1 << length } else { return None },
             origin: [0; 3],
             half_pixel: [0; 2],
         };
@@ -94,41 +103,43 @@ impl Frame {
             frame.origin[k] = frame.integer(coordinate)?;
         }
         for (k, length) in [view.pitch_x.length, view.pitch_y.length].into_iter().enumerate() {
-            frame.half_pixel[k] = frame.integer(length)?.checked_mul(i128::from(lcm[k + 1]))?;
+            frame.half_pixel[k] = frame.integer(length)?.checked_mul(i64::try_from(lcm[k + 1]).ok()?)?;
         }
         Some(frame)
     }
 
     /// A length in units of `2^exponent`, if it is an integer of at most 53 bits.
-    fn integer(&self, value: f64) -> Option<i128> {
+    fn integer(&self, value: f64) -> Option<i64> {
         // A power of two: exact, unless it underflows, and then it is not an integer either.
         let units = value * self.per_unit;
         let whole = units as i64;
-        (whole as f64 == units && units.abs() < 9.0e15 && (whole != 0 || value == 0.0)).then(|| i128::from(whole))
+        (whole as f64 == units && units.abs() < 9.0e15 && (whole != 0 || value == 0.0)).then_some(whole)
+    }
+
+    /// A product of lengths' parts that keeps below the limit.
+    fn within(&self, value: i64, parts: i64) -> Option<i64> {
+        value.checked_mul(parts).filter(|length| length.abs() < self.limit)
     }
 
     /// `plane * sqrt(A B)`, to compare with `y`.
     pub fn plane(&self, distance: f64) -> Option<i128> {
-        self.integer(distance)?.checked_mul(self.parts)?.checked_mul(self.root_a)?.checked_mul(self.root_b)
+        i128::from(self.integer(distance)?.checked_mul(self.parts)?).checked_mul(self.root_ab)
     }
 
     /// A sphere at the pixel whose sample point is `odd` half pixels from the middle.
     pub fn site(&self, odd: [i32; 2], ball: Ball) -> Option<Site> {
-        let component = |k: usize| (self.integer(ball.center[k])? - self.origin[k]).checked_mul(self.parts);
+        let component = |k: usize| self.within(self.integer(ball.center[k])? - self.origin[k], self.parts);
         let f = [component(0)?, component(1)?, component(2)?];
-        let sx = self.half_pixel[0].checked_mul(i128::from(odd[0]))?;
-        let sy = self.half_pixel[1].checked_mul(i128::from(odd[1]))?;
-        let (fd, fe, fg) = (dot(f, self.d)?, dot(f, self.e)?, dot(f, self.g)?);
-        let rest = square(sx)?.checked_add(square(sy)?)?.checked_add(dot(f, f)?)?;
-        let scale = self.root_a.checked_mul(self.root_b)?;
-        let apart = square(scale)?
-            .checked_mul(-rest)?
-            .checked_add(self.b.checked_mul(square(fd)?)?)?
-            .checked_add(sx.checked_mul(fe)?.checked_mul(2)?.checked_mul(self.a)?.checked_mul(self.root_b)?)?
-            .checked_add(sy.checked_mul(fg)?.checked_mul(2)?.checked_mul(scale)?)?;
-        let radius = || square(self.integer(ball.radius)?.checked_mul(self.parts)?)?.checked_mul(square(scale)?);
-        let q = radius().and_then(|radius| apart.checked_add(radius));
-        Some(Site { beta: fd.checked_mul(self.root_b)?, apart, q })
+        let sx = self.within(self.half_pixel[0], odd[0].into())?;
+        let sy = self.within(self.half_pixel[1], odd[1].into())?;
+        let (fd, fe, fg) = (dot(f, self.d), dot(f, self.e), dot(f, self.g));
+        let rest = square(sx) + square(sy) + square(f[0]) + square(f[1]) + square(f[2]);
+        let along_x = i128::from(sx) * i128::from(fe) * self.a * self.root_b;
+        let along_y = i128::from(sy) * i128::from(fg) * self.root_ab;
+        let apart = self.b * square(fd) + 2 * (along_x + along_y) - self.a * self.b * rest;
+        let radius = self.integer(ball.radius).and_then(|radius| self.within(radius, self.parts));
+        let q = radius.map(|radius| apart + self.a * self.b * square(radius));
+        Some(Site { beta: i128::from(fd) * self.root_b, apart, q })
     }
 }
 
