@@ -302,6 +302,9 @@ impl Gpu {
     ) -> Result<Plane, DrawError> {
         let begin = Instant::now();
         let mut plane = Plane { ids: vec![NONE; region.pixels()], ..Plane::default() };
+        if scene.is_empty() {
+            return Ok(plane);
+        }
         let eye = uploaded.fixed.and_then(|fixed| Eye::new(&fixed, &scene.bounds(), view));
         let Some(eye) = eye else {
             // Nothing is known of the lists either where the scene has no chunks: the host decides every pixel.
