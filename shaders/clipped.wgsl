@@ -44,3 +44,10 @@ fn upper(range: Range, item: Item, c: Chord) -> f32 {
     let cut = near_high < range.planes.x && far_low >= range.planes.y && far_high <= range.planes.z;
     return select(select(NEVER, far_high, cut), near_high, whole && short < NEVER);
 }
+
+// Whether the depth is certain to be that of the near root, to twice the item's `width`.
+fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
+    let low = c.depth - c.half;
+    let high = low + vec4<f32>(2.02 * item.width);
+    return (c.square > vec4<f32>(item.safe)) & (low >= vec4<f32>(range.planes.y)) & (high <= vec4<f32>(range.planes.z));
+}

@@ -1,6 +1,9 @@
 // The running answer of four pixels: the sphere of least lower bound, and the least lower bound of all others.
 // Minimum does not depend on order, so lists, rounds and chunks in any order give the same.
 
+// Added to the entry of a best whose hit is not safe: it must be looked at again.
+const AGAIN = 0x80000000u;
+
 struct Nearest {
     low: vec4<f32>,
     rest: vec4<f32>,
@@ -12,10 +15,8 @@ fn nothing() -> Nearest {
 }
 
 fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> Nearest {
-    let low = lower(range, item, chord(item, pixels));
-    return Nearest(
-        min(old.low, low),
-        min(old.rest, max(old.low, low)),
-        select(old.entry, vec4<u32>(entry), low < old.low),
-    );
+    let c = chord(item, pixels);
+    let low = lower(range, item, c);
+    let named = select(vec4<u32>(entry | AGAIN), vec4<u32>(entry), safe(range, item, c));
+    return Nearest(min(old.low, low), min(old.rest, max(old.low, low)), select(old.entry, named, low < old.low));
 }

@@ -21,3 +21,8 @@ fn upper(range: Range, item: Item, c: Chord) -> f32 {
     let width = 2.02 * (item.bounds.x + error / max(c.root.x, 1.0));
     return select(NEVER, c.depth.x - c.half.x + width, error < NEVER && c.square.x > 2.2 * error);
 }
+
+// Whether the depth is certain to be that of the near root, to twice the item's `width`.
+fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
+    return c.square > vec4<f32>(item.safe);
+}

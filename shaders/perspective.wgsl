@@ -33,6 +33,9 @@ struct Item {
     size: vec2<f32>,
     // slack of the depth, bound E of D, or NEVER where no hit is certain
     bounds: vec2<f32>,
+    // Above this square a hit is certain (the root is at least the radius over REACH), and its depth is good to 2 `width`.
+    safe: f32,
+    width: f32,
 }
 
 // A column of four pixels: offsets from the tile's middle, places on the screen, a and its inverse.
@@ -77,16 +80,19 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let distance = f32(along + frame.base) + frame.base_far;
     let radius = bitcast<f32>(record.w) * frame.scale;
     if radius > GREATEST_RADIUS {
-        return Item(vec4<f32>(0.0, 0.0, -1e30, 0.0), vec2<f32>(0.0, 1e30), vec2<f32>(1e30, NEVER));
+        return Item(vec4<f32>(0.0, 0.0, -1e30, 0.0), vec2<f32>(0.0, 1e30), vec2<f32>(1e30, NEVER), NEVER, 0.0);
     }
     let k = frame.spread;
     let delta = frame.delta + 41.0 * U * max(frame.pitch_x, frame.pitch_y) * abs(distance);
     let slack = SURE * (frame.delta_depth + delta + U * (6.0 * abs(z) + 64.0 * k * radius));
     let error = SURE * k * k * (radius * (3.7 * delta + 65.0 * U * k * radius) + 4.4 * delta * delta);
+    let certain = radius >= 32.0 * k * k * delta;
     return Item(
         vec4<f32>(n, m, z - slack, distance),
         vec2<f32>(radius * radius, error),
-        vec2<f32>(slack, select(NEVER, error, radius >= 32.0 * k * k * delta)),
+        vec2<f32>(slack, select(NEVER, error, certain)),
+        select(NEVER, max(radius * radius / (REACH * REACH), 2.2 * error), certain),
+        select(0.0, slack + REACH * error / max(radius, 1.0), certain),
     );
 }
 
@@ -102,5 +108,5 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(item.shape, vec2<f32>(0.0, -1e30), item.bounds);
+    return Item(item.shape, vec2<f32>(0.0, -1e30), item.bounds, item.safe, item.width);
 }

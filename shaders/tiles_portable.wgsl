@@ -13,11 +13,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let deep = pixels_of(eye, column, vec4<f32>(4.0, 5.0, 6.0, 7.0));
     var top = nothing();
     var bottom = nothing();
+    var loosest = 0.0;
     for (var i = 0u; i < tile.count; i += 1u) {
         let entry = entries[tile.start + i];
         let item = prepare(eye, records[entry]);
+        loosest = max(loosest, item.width);
         top = visit(top, range, item, entry, high);
         bottom = visit(bottom, range, item, entry, deep);
     }
-    settle_column(tile, eye, range, column, top, bottom);
+    settle_column(tile, eye, range, loosest, column, top, bottom);
 }

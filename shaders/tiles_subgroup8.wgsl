@@ -1,5 +1,13 @@
 // A tile of 8 x 8 pixels is drawn by a subgroup of 8, a column of 8 pixels each. Each lane fetches one entry of the list, and all see all eight:
 // on software devices a load costs far more than arithmetic.
+fn greatest(x: f32) -> f32 {
+    let a = max(subgroupBroadcast(x, 0u), subgroupBroadcast(x, 1u));
+    let b = max(subgroupBroadcast(x, 2u), subgroupBroadcast(x, 3u));
+    let c = max(subgroupBroadcast(x, 4u), subgroupBroadcast(x, 5u));
+    let d = max(subgroupBroadcast(x, 6u), subgroupBroadcast(x, 7u));
+    return max(max(a, b), max(c, d));
+}
+
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -17,6 +25,7 @@ fn main(
     let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
     var top = nothing();
     var bottom = nothing();
+    var loosest = 0.0;
     for (var i = 0u; i < tile.count; i += 8u) {
         // Past the end the last entry is seen again, out of reach.
         let own = entries[tile.start + min(i + lane, tile.count - 1u)];
@@ -24,6 +33,7 @@ fn main(
         if i + lane >= tile.count {
             item = beyond(item);
         }
+        loosest = max(loosest, item.width);
         let item0 = share0(item);
         let entry0 = subgroupBroadcast(own, 0u);
         top = visit(top, range, item0, entry0, high);
@@ -57,5 +67,6 @@ fn main(
         top = visit(top, range, item7, entry7, high);
         bottom = visit(bottom, range, item7, entry7, deep);
     }
-    settle_column(tile, eye, range, lane, top, bottom);
+    loosest = greatest(loosest);
+    settle_column(tile, eye, range, loosest, lane, top, bottom);
 }

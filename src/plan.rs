@@ -242,7 +242,8 @@ impl Eye {
         let depth_reach = extent.dot(forward.abs()) + bounds.max_radius;
         let pixel = |p: f64| if perspective { p * (middle.z.abs() + depth_reach) } else { p };
         let (fine, coarse) = (pixel(pitch[0].min(pitch[1])), pixel(pitch[0].max(pitch[1])));
-        let levels = |length: f64, bits: i32| if length > 0.0 { (above(length) - bits - fixed.exponent).max(0) } else { 0 };
+        let levels =
+            |length: f64, bits: i32| if length > 0.0 { (above(length) - bits - fixed.exponent).max(0) } else { 0 };
         let wish = levels(spread * bounds.max_radius + 16.0 * coarse, 29);
         let limit = (above(fine) - 1 - 16 - fixed.exponent).max(levels(16.0 * coarse, 28)).max(0);
         let level = wish.min(limit).max(above(spread) - 1).max(if spread > 1.0 { 1 } else { 0 });
@@ -256,9 +257,8 @@ impl Eye {
         let scaled = if perspective { pitch } else { [pitch[0] / step, pitch[1] / step] };
         let delta_depth = ROTATION_ERROR + middle_error;
         let widest = scaled[0].max(scaled[1]);
-        let delta = ROTATION_ERROR
-            + middle_error
-            + if perspective { 4.0 * widest * delta_depth } else { 24.0 * ULP * widest };
+        let delta =
+            ROTATION_ERROR + middle_error + if perspective { 4.0 * widest * delta_depth } else { 24.0 * ULP * widest };
         let frame = Frame {
             right: axis(right),
             pitch_x: scaled[0] as f32,
@@ -275,8 +275,7 @@ impl Eye {
         };
         let slop = power(-40) * (size + depth_reach + camera.near);
         let center = middle.z * step;
-        let crossed =
-            [center - depth_reach - slop <= camera.near, center + depth_reach + slop >= camera.far];
+        let crossed = [center - depth_reach - slop <= camera.near, center + depth_reach + slop >= camera.far];
         // Everything must stay where squares of f32 do, and steps must resolve something.
         let sane = level <= 120
             && delta < power(60)
@@ -341,8 +340,7 @@ impl Eye {
         let ([a, b], [c, d]) = (plane(self.near), plane(self.far));
         let fits = x.abs() <= OFFSET_LIMIT && y.abs() <= OFFSET_LIMIT;
         let class = if fits { self.kernel(nearest) } else { Class::Host };
-        let tile =
-            Tile { x: x.round_ties_even() as i32, y: y.round_ties_even() as i32, z: z as i32, ..Tile::zeroed() };
+        let tile = Tile { x: x.round_ties_even() as i32, y: y.round_ties_even() as i32, z: z as i32, ..Tile::zeroed() };
         (class, Place { tile, fan, planes: [a, b, c, d] })
     }
 }
@@ -468,10 +466,8 @@ fn batch(
     host: &mut Vec<u32>,
 ) -> Batch {
     let columns = lists[0].columns;
-    let used: Vec<u32> = range
-        .clone()
-        .filter(|&t| lists.iter().any(|l| l.starts[t as usize] < l.starts[t as usize + 1]))
-        .collect();
+    let used: Vec<u32> =
+        range.clone().filter(|&t| lists.iter().any(|l| l.starts[t as usize] < l.starts[t as usize + 1])).collect();
     let mut batch = Batch::default();
     let mut classes = Vec::with_capacity(used.len());
     for tile in interleaved(&used) {

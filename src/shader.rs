@@ -85,11 +85,11 @@ impl Source {
     /// # Errors
     /// naga's message, with the file and line.
     pub fn validate(&self) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
-        let at = |location: Option<naga::SourceLocation>, message: String| {
-            match location.and_then(|l| self.locate(l.line_number as usize).map(|place| (place, l.line_position))) {
-                Some(((file, line), column)) => format!("{file}:{line}:{column}: {message}"),
-                None => message,
-            }
+        let at = |location: Option<naga::SourceLocation>, message: String| match location
+            .and_then(|l| self.locate(l.line_number as usize).map(|place| (place, l.line_position)))
+        {
+            Some(((file, line), column)) => format!("{file}:{line}:{column}: {message}"),
+            None => message,
         };
         let module = naga::front::wgsl::parse_str(&self.text)
             .map_err(|error| at(error.location(&self.text), error.message().to_owned()))?;
@@ -140,11 +140,15 @@ impl Variant {
         parts.push(part!("nearest.wgsl"));
         parts.push(if self.certain { part!("answer.wgsl") } else { part!("answer_plain.wgsl") });
         parts.push(if self.merged { part!("finish_merge.wgsl") } else { part!("finish_once.wgsl") });
-        parts.push(part!("settle.wgsl"));
+        parts.push(if self.certain { part!("settle.wgsl") } else { part!("settle_plain.wgsl") });
         match self.lanes {
             Lanes::Alone => parts.push(part!("tiles_portable.wgsl")),
             Lanes::Eight => {
-                parts.push(if perspective { part!("share_perspective.wgsl") } else { part!("share_orthographic.wgsl") });
+                parts.push(if perspective {
+                    part!("share_perspective.wgsl")
+                } else {
+                    part!("share_orthographic.wgsl")
+                });
                 parts.push(part!("tiles_subgroup8.wgsl"));
             }
         }

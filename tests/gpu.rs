@@ -62,8 +62,14 @@ impl Owned {
                 let (r, tile) = (sphere.radius, f64::from(TILE));
                 let column = x / px + 0.5 * f64::from(view.image.width) - f64::from(region.x);
                 let row = 0.5 * f64::from(view.image.height) - y / py - f64::from(region.y);
-                let ends = [column - r / px, column + r / px, row - r / py, row + r / py].map(|v| (v / tile).floor().clamp(-1e9, 1e9) as i64);
-                span = [(ends[0] - 1).max(0), (ends[1] + 1).min(span[1]), (ends[2] - 1).max(0), (ends[3] + 1).min(span[3])];
+                let ends = [column - r / px, column + r / px, row - r / py, row + r / py]
+                    .map(|v| (v / tile).floor().clamp(-1e9, 1e9) as i64);
+                span = [
+                    (ends[0] - 1).max(0),
+                    (ends[1] + 1).min(span[1]),
+                    (ends[2] - 1).max(0),
+                    (ends[3] + 1).min(span[3]),
+                ];
             }
             for row in span[2]..=span[3] {
                 for column in span[0]..=span[1] {
@@ -83,7 +89,13 @@ impl Owned {
     }
 
     fn lists(&self) -> Lists<'_> {
-        Lists { columns: self.columns, rows: self.rows, starts: &self.starts, entries: &self.entries, nearest: &self.nearest }
+        Lists {
+            columns: self.columns,
+            rows: self.rows,
+            starts: &self.starts,
+            entries: &self.entries,
+            nearest: &self.nearest,
+        }
     }
 }
 
@@ -289,7 +301,11 @@ fn seventy_thousand_spheres_over_one_pixel() {
     let mut random = Random(51);
     let spheres: Vec<Sphere> = (0..70_000)
         .map(|k| Sphere {
-            center: DVec3::new(10.0 + 0.001 * f64::from(70_000 - k), random.between(-0.1, 0.1), random.between(-0.1, 0.1)),
+            center: DVec3::new(
+                10.0 + 0.001 * f64::from(70_000 - k),
+                random.between(-0.1, 0.1),
+                random.between(-0.1, 0.1),
+            ),
             radius: 1.0,
             color: [0; 3],
         })

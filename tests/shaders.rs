@@ -56,8 +56,10 @@ fn shared_structs_have_the_layout_of_rust() {
         layouter.update(module.to_ctx()).unwrap();
         for (handle, kind) in module.types.iter() {
             let naga::TypeInner::Struct { members, span } = &kind.inner else { continue };
-            let Some((name, fields, size)) =
-                layouts.iter().find(|(name, ..)| kind.name.as_deref() == Some(name)) else { continue };
+            let Some((name, fields, size)) = layouts.iter().find(|(name, ..)| kind.name.as_deref() == Some(name))
+            else {
+                continue;
+            };
             let found: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
             assert_eq!(&found, fields, "{name}");
             assert_eq!(*span as usize, *size, "size of {name}");

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::{
     camera::{Region, View},
-    plan::{self, Eye, Fixed, Lists, Limits, NONE, Pass, TILE, TILE_PIXELS, UNDECIDED},
+    plan::{self, Eye, Fixed, Limits, Lists, NONE, Pass, TILE, TILE_PIXELS, UNDECIDED},
     render::{DeviceChoice, DeviceError, DrawError},
     scene::Scene,
     shader::{FANS, Lanes, PLANES, STATES, Variant},
@@ -127,7 +127,8 @@ impl Gpu {
             max_storage_buffers_per_shader_stage: wanted.max_storage_buffers_per_shader_stage.min(8),
             ..wgpu::Limits::downlevel_defaults()
         };
-        let features = if suitability.lanes == Lanes::Eight { wgpu::Features::SUBGROUP } else { wgpu::Features::empty() };
+        let features =
+            if suitability.lanes == Lanes::Eight { wgpu::Features::SUBGROUP } else { wgpu::Features::empty() };
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("planisphere"),
             required_features: features,
@@ -415,8 +416,7 @@ impl Gpu {
         let groups = (segments.len() as u32).div_ceil(TILE);
         let row = groups.min(self.limits.workgroups);
         let chunk = &uploaded.chunks[pass.chunk];
-        let frame =
-            plan::Frame { first: chunk.range.start as u32, tiles: segments.len() as u32, row, ..eye.frame };
+        let frame = plan::Frame { first: chunk.range.start as u32, tiles: segments.len() as u32, row, ..eye.frame };
         buffers.frame.write(device, queue, &[frame]);
         let resource = |number| match number {
             0 => buffers.frame.binding(),
