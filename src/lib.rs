@@ -1,8 +1,18 @@
 //! Pictures of spheres in which every pixel is exactly right.
+pub mod bins;
 pub mod camera;
+pub mod cli;
+pub mod cpu;
 pub mod exact;
+pub mod fov;
+pub mod frame;
 pub mod gpu;
+pub mod load;
+pub mod make;
+pub mod output;
 pub mod plan;
+pub mod project;
 pub mod render;
 pub mod scene;
 pub mod shader;
+pub mod simd;

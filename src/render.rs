@@ -2,6 +2,7 @@
 
 use crate::{
     camera::{Region, View},
+    cpu::Cpu,
     scene::Scene,
 };
 
@@ -81,7 +82,7 @@ pub struct Drawing {
 /// An opened device.
 pub enum Device {
     /// The native path.
-    Cpu,
+    Cpu(Cpu),
 }
 
 impl Device {
@@ -90,7 +91,7 @@ impl Device {
     /// # Errors
     /// When none fits.
     pub fn open(_choice: &DeviceChoice) -> Result<Self, DeviceError> {
-        Ok(Self::Cpu)
+        Ok(Self::Cpu(Cpu::default()))
     }
 
     /// The device in words, for people.
@@ -102,7 +103,9 @@ impl Device {
     ///
     /// # Errors
     /// When the device fails or memory does not suffice.
-    pub fn draw(&mut self, _scene: &Scene, _view: &View, _region: Region) -> Result<Drawing, DrawError> {
-        Err(DrawError::Device("not built yet".into()))
+    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        match self {
+            Self::Cpu(cpu) => cpu.draw(scene, view, region),
+        }
     }
 }

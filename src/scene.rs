@@ -3,7 +3,14 @@
 //! A [`Scene`] is a list of [`Block`]s. The numbers of a block may lie in memory of their own or in a mapped file;
 //! they are read in place and never copied per sphere. This file knows nothing of files, cameras or devices.
 
-use std::{marker::PhantomData, ops::Range, sync::Arc};
+use std::{
+    marker::PhantomData,
+    ops::Range,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 
 use bytemuck::Pod;
 use glam::DVec3;
@@ -243,6 +250,7 @@ pub struct Scene {
     /// Index of the first sphere of each block, and `len` at the end.
     starts: Vec<usize>,
     bounds: Bounds,
+    identity: u64,
 }
 
 impl Scene {
@@ -291,7 +299,8 @@ impl Scene {
                 max_radius: total.max_radius,
             }
         };
-        Ok(Self { blocks, starts, bounds })
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        Ok(Self { blocks, starts, bounds, identity: NEXT.fetch_add(1, Ordering::Relaxed) })
     }
 
     /// A scene of single spheres.
@@ -300,6 +309,11 @@ impl Scene {
     /// As [`Scene::new`].
     pub fn from_spheres(spheres: &[Sphere]) -> Result<Self, SceneError> {
         Self::new(vec![Block::from_spheres(spheres)])
+    }
+
+    /// A number that only clones of this scene share: what is made from it once, such as a copy on a device, can be kept.
+    pub fn identity(&self) -> u64 {
+        self.identity
     }
 
     /// Number of spheres.

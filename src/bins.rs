@@ -1,0 +1,473 @@
+//! Which spheres may be seen in which tile, roughly front to back: lists by one pass over the spheres and a counting sort.
+//!
+//! A tile is a square of pixels; its list is split into *slabs* of depth by each sphere's nearest point, so that drawing can
+//! stop early. Lists are conservative: a sphere that is not listed for a tile is seen at none of its pixels. Both devices use
+//! them. Spheres are read where they lie, projected in batches, and only what is kept is written. Where the lists of all
+//! spheres would be too long for memory, they come in *waves*; what is drawn from them does not depend on the order.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::{
+    camera::Region,
+    exact::decide::Truth,
+    project::{BATCH, Batch, Projected, Projector},
+    scene::Scene,
+    simd,
+};
+
+/// The tiles and slabs of a region.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid {
+    /// Side of a tile in pixels is `1 << shift`; at most 32.
+    pub shift: u32,
+    /// Tiles across.
+    pub columns: u32,
+    /// Tiles down.
+    pub rows: u32,
+    /// Slabs of depth.
+    pub slabs: u32,
+    start: f64,
+    per_depth: f64,
+}
+
+impl Grid {
+    fn new(scene: &Scene, projector: &Projector, shift: u32) -> Self {
+        let Region { width, height, .. } = projector.region;
+        let (columns, rows) = (width.div_ceil(1 << shift), height.div_ceil(1 << shift));
+        let bounds = scene.bounds();
+        // The depths of the corners of the box, reduced to what the planes leave.
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for corner in 0..8 {
+            let pick = |k: usize| if corner >> k & 1 == 0 { bounds.min_center[k] } else { bounds.max_center[k] };
+            let s = projector.project([0, 1, 2].map(pick).into(), bounds.max_radius);
+            (low, high) = (low.min(s.nearest()), high.max(s.z));
+        }
+        (low, high) = (low.max(projector.near - 2.0 * bounds.max_radius * projector.scale), high.min(projector.far));
+        // A slab to about 4,096 spheres a tile is plenty; few tiles may have more slabs.
+        let tiles = u64::from(columns) * u64::from(rows);
+        let by_tiles = (1 << 18) / tiles.max(1);
+        let by_spheres = scene.len() as u64 / 256;
+        let wanted = by_tiles.min(by_spheres).clamp(1, 64) as u32;
+        let per_depth = f64::from(wanted) / (high - low);
+        let usable = per_depth.is_finite() && per_depth > 0.0 && low.is_finite();
+        let (slabs, per_depth) = if usable { (wanted, per_depth) } else { (1, 0.0) };
+        Self { shift, columns, rows, slabs, start: low, per_depth }
+    }
+
+    /// Number of tiles.
+    pub fn tiles(&self) -> usize {
+        self.columns as usize * self.rows as usize
+    }
+
+    #[inline(always)]
+    fn slab(&self, nearest: f64) -> u32 {
+        // A cast of what is below 0 or NaN gives 0.
+        (((nearest - self.start) * self.per_depth) as i32).clamp(0, self.slabs as i32 - 1) as u32
+    }
+
+    /// Nothing in this slab or later ones begins nearer than this.
+    pub fn slab_start(&self, slab: u32) -> f64 {
+        if slab == 0 {
+            return f64::NEG_INFINITY;
+        }
+        // The slab's rounding is a few parts in 2^53 of the depths that enter it.
+        let exact = self.start + f64::from(slab) / self.per_depth;
+        exact - 1e-12 * (exact.abs() + self.start.abs() + 1.0 / self.per_depth)
+    }
+}
+
+/// What a tile list holds for a sphere.
+pub trait Item: Copy + Default + Send + Sync {
+    /// For a sphere that begins at depth `nearest`, and its pixels in the tile.
+    fn new(sphere: Projected, nearest: f64, index: u32, window: Window) -> Self;
+}
+
+/// First and last column, first and last row inside a tile.
+pub type Window = [u8; 4];
+
+/// A sphere in view space and its pixels in this tile.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub struct Entry {
+    /// The sphere.
+    pub sphere: Projected,
+    /// Its index in the scene.
+    pub index: u32,
+    /// Its pixels.
+    pub window: Window,
+}
+
+impl Item for Entry {
+    #[inline(always)]
+    fn new(sphere: Projected, _: f64, index: u32, window: Window) -> Self {
+        Self { sphere, index, window }
+    }
+}
+
+/// An index, and where the sphere begins: for a device that has the spheres already.
+#[derive(Clone, Copy, Debug, Default)]
+struct Index {
+    index: u32,
+    /// Rounded towards the eye.
+    nearest: f32,
+}
+
+impl Item for Index {
+    #[inline(always)]
+    fn new(_: Projected, nearest: f64, index: u32, _: Window) -> Self {
+        let rounded = nearest as f32;
+        Self { index, nearest: if f64::from(rounded) > nearest { rounded.next_down() } else { rounded } }
+    }
+}
+
+/// Which spheres go into a tile's list: those that begin in a range of depths, and pass a closer look.
+pub trait Keep: Sync {
+    /// The least and the greatest depth at which what is kept begins.
+    fn depths(&self, tile: usize) -> [f64; 2];
+
+    /// Whether a sphere that begins in the range is kept, given its pixels in the tile.
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool;
+}
+
+/// All of them.
+pub struct KeepAll;
+
+impl Keep for KeepAll {
+    #[inline(always)]
+    fn depths(&self, _: usize) -> [f64; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
+
+    #[inline(always)]
+    fn keep(&self, _: usize, _: f64, _: Window) -> bool {
+        true
+    }
+}
+
+/// Whether a depth lies outside a range; NaN does not.
+#[inline(always)]
+fn outside(depth: f64, [least, greatest]: [f64; 2]) -> bool {
+    (depth < least) | (depth > greatest)
+}
+
+/// The lists of all tiles.
+pub struct Lists<I> {
+    /// `entries[starts[k]..starts[k + 1]]` is slab `k % slabs` of tile `k / slabs`.
+    pub starts: Vec<u32>,
+    /// Spheres, tile by tile, slab by slab.
+    pub entries: Vec<I>,
+}
+
+impl<I> Default for Lists<I> {
+    fn default() -> Self {
+        Self { starts: Vec::new(), entries: Vec::new() }
+    }
+}
+
+impl<I> Lists<I> {
+    /// The entries of a slab of a tile.
+    pub fn slab(&self, grid: &Grid, tile: usize, slab: u32) -> &[I] {
+        let key = tile * grid.slabs as usize + slab as usize;
+        &self.entries[self.starts[key] as usize..self.starts[key + 1] as usize]
+    }
+
+    /// The entries of a tile, front slabs first.
+    pub fn tile(&self, grid: &Grid, tile: usize) -> &[I] {
+        let slabs = grid.slabs as usize;
+        &self.entries[self.starts[tile * slabs] as usize..self.starts[(tile + 1) * slabs] as usize]
+    }
+}
+
+/// Makes lists for one region.
+pub struct Binner<'a> {
+    /// The spheres.
+    pub scene: &'a Scene,
+    /// The camera.
+    pub projector: Projector,
+    /// The tiles.
+    pub grid: Grid,
+}
+
+impl<'a> Binner<'a> {
+    /// For tiles with sides of `1 << shift` pixels.
+    pub fn new(scene: &'a Scene, truth: &Truth, region: Region, shift: u32) -> Self {
+        let projector = Projector::new(truth, region);
+        let grid = Grid::new(scene, &projector, shift);
+        Self { scene, projector, grid }
+    }
+
+    /// Pixels that the boxes of spheres cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch in `step`.
+    pub fn sample(&self, step: usize) -> Vec<u64> {
+        let mut areas = vec![0u64; self.grid.tiles() * self.grid.slabs as usize];
+        for first in (0..self.scene.len()).step_by(step * BATCH) {
+            let batch = first..(first + BATCH).min(self.scene.len());
+            simd::dispatch(Visit {
+                binner: self,
+                spheres: batch,
+                keep: &KeepAll,
+                limit: usize::MAX,
+                emit: |key: usize, _, _, _, [left, right, top, bottom]: Window| {
+                    areas[key] += step as u64 * u64::from(right - left + 1) * u64::from(bottom - top + 1);
+                    0
+                },
+            });
+        }
+        areas
+    }
+
+    /// Lists of what is kept of the spheres that are left; takes them out of `left`.
+    ///
+    /// Ends early, with spheres left, when about `limit` entries have come together. The memory of `workspace` is used again.
+    pub fn lists<'w, I: Item, K: Keep>(
+        &self,
+        left: &mut [Range<usize>],
+        keep: &K,
+        limit: usize,
+        workspace: &'w mut Workspace<I>,
+    ) -> &'w Lists<I> {
+        let keys = self.grid.tiles() * self.grid.slabs as usize;
+        let limit = (limit / left.len().max(1)).max(1);
+        let Workspace { found, lists } = workspace;
+        found.resize_with(left.len(), Found::default);
+        left.par_iter_mut().zip(&mut *found).for_each(|(left, found)| {
+            found.items.clear();
+            found.keys.clear();
+            found.counts.clear();
+            found.counts.resize(keys, 0);
+            let emit = |key: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+                found.counts[key] += 1;
+                found.keys.push(key as u32);
+                found.items.push(I::new(sphere, nearest, index, window));
+                found.items.len()
+            };
+            left.start = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
+        });
+        // Where each part's entries of each key go.
+        lists.starts.clear();
+        lists.starts.reserve(keys + 1);
+        let mut total = 0u32;
+        for key in 0..keys {
+            lists.starts.push(total);
+            for part in &mut *found {
+                let count = std::mem::replace(&mut part.counts[key], total);
+                total = total.checked_add(count).expect("a wave is shorter than 2^32 entries");
+            }
+        }
+        lists.starts.push(total);
+        let limit = total as usize;
+        lists.entries.clear();
+        lists.entries.reserve(limit);
+        let target = Target(lists.entries.as_mut_ptr());
+        found.par_iter_mut().for_each(|Found { items, keys, counts }| {
+            let target = &target;
+            for (item, key) in items.iter().zip(&*keys) {
+                let at = counts[*key as usize];
+                counts[*key as usize] += 1;
+                assert!((at as usize) < limit, "more entries than were counted");
+                // SAFETY: `at` lies inside the allocation, and nothing else writes it: the scan gave this part and key a
+                // range of its own, as long as the number of its items.
+                unsafe { target.0.add(at as usize).write(*item) };
+            }
+        });
+        // SAFETY: the ranges that the scan gave out cover 0..total, and each part filled its own.
+        unsafe { lists.entries.set_len(limit) };
+        lists
+    }
+}
+
+/// Memory for lists, kept from one to the next.
+pub struct Workspace<I> {
+    found: Vec<Found<I>>,
+    lists: Lists<I>,
+}
+
+impl<I> Default for Workspace<I> {
+    fn default() -> Self {
+        Self { found: Vec::new(), lists: Lists::default() }
+    }
+}
+
+/// What one thread finds.
+struct Found<I> {
+    items: Vec<I>,
+    /// Tile and slab of each item.
+    keys: Vec<u32>,
+    /// How many items a key has.
+    counts: Vec<u32>,
+}
+
+impl<I> Default for Found<I> {
+    fn default() -> Self {
+        Self { items: Vec::new(), keys: Vec::new(), counts: Vec::new() }
+    }
+}
+
+/// Where entries are written by several threads.
+struct Target<I>(*mut I);
+
+// SAFETY: each thread writes places of its own, see `Binner::lists`.
+unsafe impl<I> Sync for Target<I> {}
+
+/// Contiguous parts of some spheres, one a thread; few spheres are one part.
+pub fn split(spheres: Range<usize>) -> Vec<Range<usize>> {
+    const LEAST: usize = 1 << 12;
+    let parts = rayon::current_num_threads().min(spheres.len().div_ceil(LEAST)).max(1);
+    let size = spheres.len().div_ceil(parts).next_multiple_of(BATCH).max(BATCH);
+    (0..parts)
+        .map(|part| {
+            let start = (spheres.start + part * size).min(spheres.end);
+            start..(start + size).min(spheres.end)
+        })
+        .collect()
+}
+
+/// Projects spheres and hands out what is kept, tile by tile; ends early once `emit` answers `limit` or more.
+struct Visit<'a, K, F> {
+    binner: &'a Binner<'a>,
+    spheres: Range<usize>,
+    keep: &'a K,
+    limit: usize,
+    emit: F,
+}
+
+impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work for Visit<'_, K, F> {
+    /// The first sphere that was not looked at.
+    type Output = usize;
+
+    #[inline(always)]
+    fn run(mut self) -> usize {
+        let Binner { projector, grid, .. } = self.binner;
+        let last_tile = grid.tiles() - 1;
+        let mut batch = Batch::default();
+        for (start, block) in self.binner.scene.blocks() {
+            let end = (start + block.len()).min(self.spheres.end);
+            let mut first = start.max(self.spheres.start);
+            while first < end {
+                projector.project_batch(block, first - start, &mut batch);
+                projector.footprints(&mut batch);
+                let len = batch.len.min(end - first);
+                let mut seen = 0u64;
+                for k in 0..BATCH {
+                    let inside = (batch.left[k] <= batch.right[k]) & (batch.top[k] <= batch.bottom[k]);
+                    let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
+                    let (top, bottom) = (batch.top[k] >> grid.shift, batch.bottom[k] >> grid.shift);
+                    // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
+                    // tile is made up, and the answer not used.
+                    let tile = ((top * grid.columns as i32 + left).max(0) as usize).min(last_tile);
+                    let one = (left == right) & (top == bottom);
+                    let kept = inside & !(one & outside(batch.nearest[k], self.keep.depths(tile)));
+                    seen |= u64::from(kept) << k;
+                }
+                seen &= u64::MAX >> (BATCH - len);
+                let mut found = 0;
+                while seen != 0 {
+                    let k = seen.trailing_zeros() as usize;
+                    seen &= seen - 1;
+                    found = self.place(&batch, k, (first + k) as u32, found);
+                }
+                first += len;
+                if found >= self.limit {
+                    return first;
+                }
+            }
+        }
+        self.spheres.end
+    }
+}
+
+impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> Visit<'_, K, F> {
+    #[inline(always)]
+    fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> usize {
+        let grid = &self.binner.grid;
+        let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
+        let (left_tile, right_tile) = (left >> grid.shift, right >> grid.shift);
+        let (top_tile, bottom_tile) = (top >> grid.shift, bottom >> grid.shift);
+        let nearest = batch.nearest[k];
+        let last = (1 << grid.shift) - 1;
+        let mut offer = |column: i32, row: i32, window: Window| {
+            let tile = row as usize * grid.columns as usize + column as usize;
+            if !outside(nearest, self.keep.depths(tile)) && self.keep.keep(tile, nearest, window) {
+                let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
+                found = (self.emit)(key, batch.sphere(k), nearest, index, window);
+            }
+        };
+        if left_tile == right_tile && top_tile == bottom_tile {
+            // Most small spheres.
+            let inside = |value: i32| (value & last) as u8;
+            offer(left_tile, top_tile, [inside(left), inside(right), inside(top), inside(bottom)]);
+            return found;
+        }
+        let many = right_tile - left_tile > 1 && bottom_tile - top_tile > 1;
+        for row in top_tile..=bottom_tile {
+            for column in left_tile..=right_tile {
+                if many && self.binner.misses(&batch.sphere(k), column, row) {
+                    continue;
+                }
+                let (x, y) = (column << grid.shift, row << grid.shift);
+                let inside = |value: i32, from: i32| (value - from).clamp(0, last) as u8;
+                offer(column, row, [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)]);
+            }
+        }
+        found
+    }
+}
+
+impl Binner<'_> {
+    /// Whether a tile inside a sphere's bounding box lies outside its disc, for certain; only told for parallel rays.
+    #[inline(always)]
+    fn misses(&self, sphere: &Projected, column: i32, row: i32) -> bool {
+        if self.projector.projection == crate::camera::Projection::Perspective {
+            return false;
+        }
+        let Region { width, height, .. } = self.projector.region;
+        let first = |tile: i32| (tile as usize) << self.grid.shift;
+        let last = |tile: i32, count: u32| (first(tile) + (1 << self.grid.shift) - 1).min(count as usize - 1);
+        let (columns, rows) = (&self.projector.columns, &self.projector.rows);
+        let apart = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
+        let dx = apart(columns[first(column)], columns[last(column, width)], sphere.x);
+        let dy = apart(rows[last(row, height)], rows[first(row)], sphere.y);
+        // Each of dx, dy is within `bound` of the truth, and so is the radius.
+        let reach = sphere.r + 4.0 * sphere.bound();
+        dx * dx + dy * dy > reach * reach * (1.0 + 1e-12)
+    }
+}
+
+/// Lists of indices, for a device that has the spheres already.
+pub struct TileLists {
+    /// Tiles across.
+    pub columns: u32,
+    /// Tiles down.
+    pub rows: u32,
+    /// The list of tile `k` is `entries[starts[k]..starts[k + 1]]`.
+    pub starts: Vec<u32>,
+    /// Indices of spheres in the scene, tile by tile, roughly front to back.
+    pub entries: Vec<u32>,
+    /// Nothing in the list of a tile begins nearer, in view lengths; infinite for an empty list.
+    pub nearest: Vec<f64>,
+}
+
+/// Lists of some spheres for tiles with sides of `1 << shift` pixels; takes as many spheres out of `spheres` as give about
+/// `limit` entries.
+pub fn tile_lists(
+    scene: &Scene,
+    truth: &Truth,
+    region: Region,
+    shift: u32,
+    spheres: &mut [Range<usize>],
+    limit: usize,
+) -> TileLists {
+    let binner = Binner::new(scene, truth, region, shift);
+    let grid = binner.grid;
+    let mut workspace = Workspace::<Index>::default();
+    let lists = binner.lists(spheres, &KeepAll, limit, &mut workspace);
+    let nearest = |tile| lists.tile(&grid, tile).iter().map(|e| f64::from(e.nearest)).fold(f64::INFINITY, f64::min);
+    TileLists {
+        columns: grid.columns,
+        rows: grid.rows,
+        starts: lists.starts.iter().copied().step_by(grid.slabs as usize).collect(),
+        entries: lists.entries.par_iter().map(|e| e.index).collect(),
+        nearest: (0..grid.tiles()).into_par_iter().map(nearest).collect(),
+    }
+}

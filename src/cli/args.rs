@@ -1,0 +1,283 @@
+//! The arguments as they are typed, their help, and how they become requests.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+
+use super::Failure;
+use crate::{
+    camera::{ImageSize, MAX_SIDE, Region},
+    output::Target,
+    render::DeviceChoice,
+};
+
+/// Draws spheres: every pixel exactly right, the same bytes on every device.
+#[derive(Parser)]
+#[command(name = "planisphere", version, arg_required_else_help = true, subcommand_required = true)]
+#[command(after_long_help = EXIT_CODES)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done (also when the reader of a pipe stopped reading)
+  1  a check failed
+  2  bad usage or bad input: the message says where, and the fix
+  3  no usable device
+  4  output could not be written
+
+Data goes to standard output, talk to standard error. Colours follow NO_COLOR.";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  planisphere render scenes/first.toml
+      writes first.png into the current folder
+  planisphere render scene.toml -o - --size 1920x1080 | display
+      writes the PNG to standard output
+  planisphere render scene.toml -o none --ids ids.npy --depth depth.npy --stats
+      no picture; the index and the distance of the sphere at every pixel, and a report as JSON
+  generate | planisphere render - -o out.png
+      reads the scene from standard input";
+
+#[derive(Subcommand)]
+pub(super) enum Command {
+    /// Draw a scene file into a PNG and, if asked, into arrays of sphere indices and depths
+    #[command(after_long_help = RENDER_EXAMPLES)]
+    Render(RenderArgs),
+    /// List the devices found, what each lacks, and which one `--device auto` takes
+    Info,
+    /// Write the arrays and the scene file of a large example scene
+    Make(MakeArgs),
+    /// Print the completion script of a shell
+    #[command(long_about = "Print the completion script of a shell, such as:\n  \
+        planisphere completions bash > ~/.local/share/bash-completion/completions/planisphere")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// `render`, as typed.
+#[derive(ClapArgs)]
+pub(super) struct RenderArgs {
+    /// Scene file (TOML), or - for standard input
+    #[arg(value_hint = clap::ValueHint::FilePath)]
+    scene: PathBuf,
+
+    /// PNG to write: a file, - for standard output, or none for no picture
+    ///
+    /// The default is the scene's name with .png, in the current folder. The file appears when it is complete: a run that
+    /// fails or is killed leaves what was there before.
+    #[arg(short, long, value_name = "OUT", value_hint = clap::ValueHint::FilePath)]
+    output: Option<PathBuf>,
+
+    /// Size of the image in pixels, instead of the scene file's
+    ///
+    /// The size never changes what is seen: when the scene gives both width and height of the view, another aspect makes
+    /// pixels that are not square. When it gives one of them, or fov, the other follows the aspect; a scene without
+    /// [camera] is framed anew.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<ImageSize>,
+
+    /// Draw only a part of the image: column and row of its top left pixel, and its size
+    ///
+    /// The output has the size of the part, and equals that part of the whole image pixel for pixel.
+    #[arg(long, value_name = "x,y,w,h", value_parser = parse_region)]
+    region: Option<Region>,
+
+    /// Device that draws: auto, gpu, cpu, or part of an adapter's name
+    ///
+    /// gpu is any wgpu adapter, the software one included; cpu is native code that needs no driver; auto takes a hardware
+    /// GPU if there is one, else the cpu, and says so. The picture is the same on all of them. `planisphere info` lists
+    /// the adapters.
+    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
+    device: DeviceChoice,
+
+    /// Also write the index of the sphere at every pixel: .npy, int32 (height, width), -1 for the background
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    ids: Option<PathBuf>,
+
+    /// Also write the distance of every hit along the view direction: .npy, float32 (height, width), inf for the background
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    depth: Option<PathBuf>,
+
+    /// Print one JSON object on standard output: device, counts, milliseconds of every step
+    #[arg(long)]
+    stats: bool,
+}
+
+/// `render`, as it is to be done.
+pub(super) struct RenderRequest {
+    /// Scene file, or `-`.
+    pub scene: PathBuf,
+    /// Where the picture goes, if anywhere.
+    pub picture: Option<Target>,
+    /// Where the ids go.
+    pub ids: Option<Target>,
+    /// Where the depths go.
+    pub depth: Option<Target>,
+    /// Instead of the scene's size.
+    pub size: Option<ImageSize>,
+    /// Which part.
+    pub region: Option<Region>,
+    /// Which device.
+    pub device: DeviceChoice,
+    /// Whether to print statistics.
+    pub stats: bool,
+}
+
+impl RenderArgs {
+    /// Gives defaults their values, and refuses outputs that get in each other's way.
+    pub fn request(self) -> Result<RenderRequest, Failure> {
+        let picture = match &self.output {
+            Some(name) if name == Path::new("none") => None,
+            Some(name) => Some(Target::from_arg(name)),
+            None => Some(Target::File(default_output(&self.scene)?)),
+        };
+        let ids = self.ids.as_deref().map(Target::from_arg);
+        let depth = self.depth.as_deref().map(Target::from_arg);
+
+        let named = [("-o", &picture), ("--ids", &ids), ("--depth", &depth)];
+        let stats = self.stats.then_some(Target::Stdout);
+        let taken: Vec<(&str, &Target)> = named
+            .into_iter()
+            .chain([("--stats", &stats)])
+            .filter_map(|(option, target)| Some((option, target.as_ref()?)))
+            .collect();
+        for (k, (option, target)) in taken.iter().enumerate() {
+            if let Some((other, _)) = taken[..k].iter().find(|(_, earlier)| earlier == target) {
+                return Err(Failure::Usage(match target {
+                    Target::Stdout => {
+                        format!("{other} and {option} both want standard output; give {other} a file or leave one out")
+                    }
+                    Target::File(path) => {
+                        format!("{other} and {option} both write {}; give them two names", path.display())
+                    }
+                }));
+            }
+        }
+        if taken.is_empty() {
+            return Err(Failure::Usage(
+                "-o none leaves nothing to do; add --ids, --depth or --stats, or name a picture".into(),
+            ));
+        }
+        let (size, region, device, stats) = (self.size, self.region, self.device, self.stats);
+        Ok(RenderRequest { scene: self.scene, picture, ids, depth, size, region, device, stats })
+    }
+}
+
+/// The scene's name with `.png`, in the current folder.
+fn default_output(scene: &Path) -> Result<PathBuf, Failure> {
+    match scene.file_stem() {
+        Some(stem) if scene != Path::new("-") => {
+            let mut name = stem.to_owned();
+            name.push(".png");
+            Ok(name.into())
+        }
+        _ => Err(Failure::Usage("a scene from standard input has no name to give its picture; add -o OUT.png".into())),
+    }
+}
+
+/// `make`, as typed.
+#[derive(ClapArgs)]
+pub(super) struct MakeArgs {
+    /// Kind of scene
+    pub kind: MakeKind,
+
+    /// Folder to write into, made if missing: centers.npy, radii.npy, colors.npy and scene.toml
+    #[arg(value_hint = clap::ValueHint::DirPath)]
+    pub folder: PathBuf,
+
+    /// Number of spheres
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..=i64::from(i32::MAX)))]
+    pub count: u32,
+
+    /// Seed of the random numbers: the same seed gives the same bytes on every machine
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Kinds of large example scenes.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum MakeKind {
+    /// Equal spheres at random places in a unit cube, 7 % of its volume
+    Cloud,
+    /// A face-centred cubic lattice of touching spheres
+    Lattice,
+}
+
+fn parse_size(text: &str) -> Result<ImageSize, String> {
+    let fix = || format!("write width x height in pixels, each 1 to {MAX_SIDE}, such as 1920x1080");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(fix)?;
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fix);
+    Ok(ImageSize { width: side(width)?, height: side(height)? })
+}
+
+fn parse_region(text: &str) -> Result<Region, String> {
+    let fix = || "write column,row,width,height in pixels, such as 0,0,640,480".to_string();
+    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Region { x, y, width, height }),
+        _ => Err(fix()),
+    }
+}
+
+fn parse_device(text: &str) -> Result<DeviceChoice, String> {
+    match text {
+        "auto" => Ok(DeviceChoice::Auto),
+        "gpu" => Ok(DeviceChoice::Gpu),
+        "cpu" => Ok(DeviceChoice::Cpu),
+        "" => Err("write auto, gpu, cpu, or part of an adapter's name".into()),
+        name => Ok(DeviceChoice::Named(name.into())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    fn request(args: &[&str]) -> Result<RenderRequest, Failure> {
+        match Args::try_parse_from([&["planisphere", "render"], args].concat()).unwrap().command {
+            Command::Render(args) => args.request(),
+            _ => unreachable!("render was asked for"),
+        }
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn outputs_have_defaults_and_do_not_collide() {
+        assert_eq!(request(&["a/b.toml"]).unwrap().picture, Some(Target::File("b.png".into())));
+        assert_eq!(request(&["b.toml", "-o", "-"]).unwrap().picture, Some(Target::Stdout));
+        assert_eq!(request(&["b.toml", "-o", "none", "--stats"]).unwrap().picture, None);
+        for (args, word) in [
+            (&["b.toml", "-o", "-", "--stats"][..], "standard output"),
+            (&["b.toml", "-o", "-", "--ids", "-"], "standard output"),
+            (&["b.toml", "--depth", "x", "--ids", "x"], "both write x"),
+            (&["b.toml", "-o", "none"], "nothing to do"),
+            (&["-"], "-o OUT.png"),
+        ] {
+            let failure = request(args).err().expect("refused");
+            assert!(failure.to_string().contains(word) && failure.exit_code() == 2, "{failure}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_regions() {
+        assert_eq!(parse_size("640x480"), Ok(ImageSize { width: 640, height: 480 }));
+        for bad in ["640", "0x4", "4x0", "40000x1", "1x40000", "axb", "-1x5", "1x1x1"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_region("1,2, 3,4"), Ok(Region { x: 1, y: 2, width: 3, height: 4 }));
+        for bad in ["1,2,3", "1,2,0,4", "1,2,3,4,5", "a,b,c,d", "-1,0,1,1"] {
+            assert!(parse_region(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! The command line: arguments to requests, requests to work, errors to words and exit codes.
+//!
+//! Only this module prints and only this module decides how the process ends. Data goes to standard output, talk to
+//! standard error.
+
+mod args;
+mod info;
+mod make;
+mod progress;
+mod render;
+
+use std::{
+    io::{self, IsTerminal, Write},
+    process::ExitCode,
+    time::Instant,
+};
+
+use clap::{CommandFactory, Parser};
+
+use crate::{
+    load::LoadError,
+    output::OutputError,
+    render::{DeviceError, DrawError},
+};
+
+/// Why a command failed; each kind has its exit code.
+#[derive(Debug, thiserror::Error)]
+enum Failure {
+    /// Arguments that make no sense together.
+    #[error("{0}")]
+    Usage(String),
+    /// Bad input.
+    #[error("{0}")]
+    Load(#[from] LoadError),
+    /// No device.
+    #[error("{0}")]
+    Device(#[from] DeviceError),
+    /// A device that failed.
+    #[error("{0}")]
+    Draw(#[from] DrawError),
+    /// Output.
+    #[error("{0}")]
+    Output(#[from] OutputError),
+}
+
+impl Failure {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) | Self::Load(_) => 2,
+            Self::Device(_) | Self::Draw(_) => 3,
+            Self::Output(_) => 4,
+        }
+    }
+
+    /// For standard error; a load error has its own form.
+    fn report(&self, color: bool) -> String {
+        match self {
+            Self::Load(error) => error.render(color),
+            other if color => format!("\x1b[1;31merror\x1b[0m: {other}"),
+            other => format!("error: {other}"),
+        }
+    }
+}
+
+/// Runs the program with the process's arguments.
+pub fn main() -> ExitCode {
+    let start = Instant::now();
+    let result = match args::Args::parse().command {
+        args::Command::Render(args) => args.request().and_then(|request| render::run(&request, start)),
+        args::Command::Info => info::run(),
+        args::Command::Make(args) => make::run(&args),
+        args::Command::Completions { shell } => completions(shell),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            say(&failure.report(color_on_stderr()));
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// One line or more to standard error; nobody listening is no failure.
+fn say(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Text to standard output; a reader that has gone had enough.
+fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(OutputError::Io { target: "standard output".into(), source }.into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether standard error takes colours: a terminal, and `NO_COLOR` (no-color.org) not set.
+fn color_on_stderr() -> bool {
+    let wanted = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let able = std::env::var_os("TERM").is_none_or(|term| term != "dumb");
+    wanted && able && io::stderr().is_terminal()
+}
+
+fn completions(shell: clap_complete::Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut args::Args::command(), "planisphere", &mut script);
+    print(&String::from_utf8_lossy(&script))
+}

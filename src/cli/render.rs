@@ -1,0 +1,156 @@
+//! `planisphere render`: load, draw, write, report.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::{Failure, args::RenderRequest, print, progress::Progress, say};
+use crate::{
+    camera::{ImageSize, Region, View},
+    frame::{self, Paint},
+    load,
+    output::{self, Staged, Target},
+    render::{Counts, Device, DeviceChoice, Drawing},
+};
+
+/// What `--stats` prints. Fields are added, never changed, while `version` is 1.
+#[derive(Serialize)]
+struct Stats<'a> {
+    version: u32,
+    scene: String,
+    device: String,
+    /// Columns and rows of the whole image.
+    image: [u32; 2],
+    /// Column, row, width and height of what was drawn.
+    region: [u32; 4],
+    counts: &'a Counts,
+    milliseconds: Milliseconds,
+}
+
+/// Wall-clock time of each step. A step that was not needed is 0.
+#[derive(Serialize, Default)]
+struct Milliseconds {
+    /// Scene file and arrays.
+    load: f64,
+    /// Finding and starting the device.
+    open: f64,
+    prepare: f64,
+    render: f64,
+    read_back: f64,
+    decide: f64,
+    /// The depth plane.
+    depth: f64,
+    /// Ids to colours to PNG, arrays to bytes.
+    encode: f64,
+    /// Bytes to files.
+    write: f64,
+    /// From the start of the program.
+    total: f64,
+}
+
+/// To the microsecond: more digits would only look precise.
+fn milliseconds(since: Instant) -> f64 {
+    rounded(since.elapsed().as_secs_f64() * 1e3)
+}
+
+fn rounded(milliseconds: f64) -> f64 {
+    (milliseconds * 1e3).round() / 1e3
+}
+
+/// Does what was asked; `start` is when the program began.
+pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure> {
+    for target in [&request.picture, &request.ids, &request.depth].into_iter().flatten() {
+        target.check()?;
+    }
+    let mut times = Milliseconds::default();
+
+    let (step, progress) = (Instant::now(), Progress::step("loading"));
+    let loaded = load::load(&request.scene)?;
+    let image = request.size.unwrap_or(loaded.image);
+    let region = region_inside(request.region, image)?;
+    let view = View::new(loaded.camera(image), image);
+    drop(progress);
+    times.load = milliseconds(step);
+
+    let (step, progress) = (Instant::now(), Progress::step("starting the device"));
+    let mut device = Device::open(&request.device)?;
+    drop(progress);
+    times.open = milliseconds(step);
+    if request.device == DeviceChoice::Auto {
+        say(&format!("device: {}", auto_words(&device)));
+    }
+
+    let progress = Progress::step("drawing");
+    let Drawing { ids, counts, times: drawn, .. } = device.draw(&loaded.scene, &view, region)?;
+    drop(progress);
+    (times.prepare, times.render) = (rounded(drawn.prepare), rounded(drawn.render));
+    (times.read_back, times.decide) = (rounded(drawn.read_back), rounded(drawn.decide));
+
+    let shape = [region.height as usize, region.width as usize];
+    let depth = request.depth.as_ref().map(|target| {
+        let (step, _progress) = (Instant::now(), Progress::step("working out depths"));
+        let plane = frame::depth_plane(&loaded.scene, &view, region, &ids);
+        times.depth = milliseconds(step);
+        (target, plane)
+    });
+
+    let (step, progress) = (Instant::now(), Progress::step("encoding"));
+    let mut staged: Vec<Staged> = Vec::new();
+    if let Some(target) = &request.picture {
+        let paint = Paint { scene: &loaded.scene, background: loaded.background };
+        staged.push(Target::stage(target.clone(), |out| frame::write_png(out, region, &ids, &paint))?);
+    }
+    if let Some(target) = &request.ids {
+        staged.push(Target::stage(target.clone(), |out| frame::write_i32(out, &shape, &ids))?);
+    }
+    if let Some((target, plane)) = depth {
+        staged.push(Target::stage(target.clone(), |out| frame::write_f32(out, &shape, &plane))?);
+    }
+    drop(progress);
+    times.encode = milliseconds(step);
+
+    let (step, progress) = (Instant::now(), Progress::step("writing"));
+    output::commit(staged)?;
+    drop(progress);
+    times.write = milliseconds(step);
+    times.total = milliseconds(start);
+
+    if request.stats {
+        let stats = Stats {
+            version: 1,
+            scene: request.scene.display().to_string(),
+            device: device.description(),
+            image: [image.width, image.height],
+            region: [region.x, region.y, region.width, region.height],
+            counts: &counts,
+            milliseconds: times,
+        };
+        let json = serde_json::to_string(&stats).expect("numbers and strings are always JSON");
+        print(&format!("{json}\n"))?;
+    }
+    Ok(())
+}
+
+/// Which device `auto` has taken, and why.
+pub(super) fn auto_words(device: &Device) -> String {
+    let why = match device {
+        Device::Cpu(_) => "no hardware GPU was found",
+        #[allow(unreachable_patterns, reason = "which devices there are depends on how the crate is built")]
+        _ => "a hardware GPU was found",
+    };
+    format!("{} ({why}; --device chooses another)", device.description())
+}
+
+/// The part of the image that was asked for, which must lie inside it.
+fn region_inside(region: Option<Region>, image: ImageSize) -> Result<Region, Failure> {
+    let Some(region) = region else { return Ok(Region::whole(image)) };
+    let inside = |from: u32, length: u32, side: u32| from.checked_add(length).is_some_and(|end| end <= side);
+    if inside(region.x, region.width, image.width) && inside(region.y, region.height, image.height) {
+        return Ok(region);
+    }
+    let Region { x, y, width, height } = region;
+    Err(Failure::Usage(format!(
+        "--region {x},{y},{width},{height} reaches beyond the image of {} x {} pixels; make it smaller or set --size",
+        image.width, image.height
+    )))
+}

@@ -1,0 +1,456 @@
+//! Hits and their order at one pixel, decided by the cheapest arithmetic that can tell.
+//!
+//! With the camera's integer vectors `d`, `e`, `g` and `A = |d|^2`, `B = |e|^2` ([`super::axes`]), a sphere's centre relative
+//! to the camera `f = c - o`, and a sample point `(sx, sy)`, the depths of the two roots are `t = y / scale` with
+//!
+//! ```text
+//!     y = beta -+ sqrt q
+//!     orthographic: beta = (f.d) sqrt B                              scale = sqrt(A B)
+//!                   q = A B (r^2 - sx^2 - sy^2 - |f|^2) + B (f.d)^2 + 2 sx (f.e) A sqrt B + 2 sy (f.g) sqrt(A B)
+//!     perspective:  beta = (f.d) sqrt B + sx (f.e) sqrt A + sy (f.g)   scale = sqrt(A B) (1 + sx^2 + sy^2)
+//!                   q = beta^2 - A B (1 + sx^2 + sy^2) (|f|^2 - r^2)
+//! ```
+//!
+//! which follows from `|p + t dir - c|^2 = r^2` with the axes `e / sqrt B`, `g / sqrt(A B)`, `d / sqrt A`. All spheres of one
+//! pixel share the scale, so depths compare as `beta_1 -+ sqrt q_1` with `beta_2 -+ sqrt q_2`: a sign of
+//! `x + s sqrt q - t sqrt p` ([`super::field`]). Lengths become integers by one power of two and the pixel counts.
+//!
+//! Three arithmetics are tried in turn: 100 bits with a bound ([`super::dd`]); 128-bit integers where the axes are rational
+//! and the numbers short, as on lattices seen along an axis, where true ties are common; integers of any size.
+
+use std::cmp::Ordering;
+
+use dashu_int::IBig;
+use glam::DVec3;
+
+use super::{
+    axes::{Axes, Axis, dot, integer, least_exponent},
+    dd::Bounded,
+    field::{Element, Field},
+    small,
+};
+use crate::{
+    camera::{Pitch, Projection, View},
+    scene::{Bounds, Sphere},
+};
+
+/// Centre and radius of a sphere, world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius.
+    pub radius: f64,
+}
+
+impl From<Sphere> for Ball {
+    fn from(sphere: Sphere) -> Self {
+        Self { center: sphere.center, radius: sphere.radius }
+    }
+}
+
+/// Which of a ray's two meetings with a sphere is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Root {
+    /// The nearer: the outer wall.
+    Near,
+    /// The farther: the inner wall, where the nearer is out of the clip range.
+    Far,
+}
+
+impl Root {
+    /// The sign before the square root.
+    fn sign(self) -> i32 {
+        match self {
+            Self::Near => -1,
+            Self::Far => 1,
+        }
+    }
+}
+
+/// How often each arithmetic was needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Signs asked for.
+    pub signs: u64,
+    /// Of these, not told by 100 bits.
+    pub ties: u64,
+    /// Of these, not told by 128-bit integers.
+    pub big: u64,
+}
+
+impl std::ops::AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.signs += other.signs;
+        self.ties += other.ties;
+        self.big += other.big;
+    }
+}
+
+/// A sphere's hit at a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    ball: Ball,
+    root: Root,
+    /// `t` times a positive factor that all hits of the pixel share.
+    y: Bounded,
+}
+
+impl Hit {
+    /// Bounds of `t |dir|^2` in view lengths, where `dir` has depth 1 (`|dir| = 1` for parallel rays).
+    pub fn interval(&self) -> [f64; 2] {
+        self.y.bounds()
+    }
+
+    /// Which wall is seen.
+    pub fn root(&self) -> Root {
+        self.root
+    }
+}
+
+/// Everything about a view that decisions need.
+pub struct Truth {
+    view: View,
+    axes: Axes,
+    field: Field,
+    /// The axes in 128 bits, if they are rational and the projection orthographic.
+    small: Option<small::Axes>,
+    /// Lengths are multiplied by this power of two before the 100-bit arithmetic.
+    scale: f64,
+    /// Added to differences if the scaling may underflow.
+    slack: f64,
+    /// Divisors of the two pitches in terms of their least common multiple: lcm, lcm / x, lcm / y.
+    lcm: [u64; 3],
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+impl Truth {
+    /// For a view of spheres inside `bounds`.
+    pub fn new(view: &View, bounds: Bounds) -> Self {
+        let axes = Axes::new(&view.camera);
+        let field = Field::new(&axes.a, &axes.b);
+        let extent = [bounds.min_center, bounds.max_center, view.camera.origin].map(|v| v.abs().max_element());
+        let mut largest = extent.into_iter().fold(bounds.max_radius, f64::max).max(view.camera.near);
+        if view.camera.projection == Projection::Orthographic {
+            largest = largest.max(view.pitch_x.length).max(view.pitch_y.length);
+        }
+        let exponent = (largest.max(f64::MIN_POSITIVE).to_bits() >> 52) as i32 - 1023;
+        let (scale, slack) = match exponent {
+            -300..=300 => (1.0, 0.0),
+            // 2^-1020 to 2^1020: enough, as exponents run from -1022 to 1023.
+            _ => (super::axes::scaled(1.0, -exponent.clamp(-1020, 1020)), super::axes::scaled(1.0, -1070)),
+        };
+        let (x, y) = (u64::from(view.pitch_x.divisor), u64::from(view.pitch_y.divisor));
+        let lcm = x / gcd(x, y) * y;
+        let small = match view.camera.projection {
+            Projection::Orthographic => small::Axes::new(&axes, field.rational()),
+            Projection::Perspective => None,
+        };
+        Self { view: *view, axes, field, small, scale, slack, lcm: [lcm, lcm / x, lcm / y] }
+    }
+
+    /// The view.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// The camera's axes.
+    pub fn axes(&self) -> &Axes {
+        &self.axes
+    }
+
+    /// World lengths times this power of two are the lengths of view space; 1 unless the scene is extreme.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// The decisions of one pixel.
+    pub fn pixel(&self, column: u32, row: u32) -> Pixel<'_> {
+        let sample = |odd: i32, pitch: Pitch| {
+            let length = match self.view.camera.projection {
+                Projection::Orthographic => pitch.length * self.scale,
+                Projection::Perspective => pitch.length,
+            };
+            Bounded::ratio(f64::from(odd), length, 2.0 * f64::from(pitch.divisor))
+        };
+        let odd = [self.view.odd_x(column), self.view.odd_y(row)];
+        let s = [sample(odd[0], self.view.pitch_x), sample(odd[1], self.view.pitch_y)];
+        let a = match self.view.camera.projection {
+            Projection::Orthographic => Bounded::exact(1.0),
+            Projection::Perspective => Bounded::exact(1.0) + s[0].square() + s[1].square(),
+        };
+        Pixel { truth: self, odd, s, a }
+    }
+}
+
+/// One pixel of a view.
+pub struct Pixel<'a> {
+    truth: &'a Truth,
+    /// The sample point is `odd * pitch / 2`.
+    odd: [i32; 2],
+    /// The sample point.
+    s: [Bounded; 2],
+    /// `|dir|^2`.
+    a: Bounded,
+}
+
+/// What the clip planes cut: the sign of `t - plane` for one root.
+#[derive(Clone, Copy)]
+enum Plane {
+    Near,
+    Far,
+}
+
+impl Pixel<'_> {
+    /// The hit of a sphere, if it has one inside the clip range.
+    pub fn hit(&self, ball: Ball, tally: &mut Tally) -> Option<Hit> {
+        let (beta, q) = self.bounded(ball);
+        let exact = Lazy::new(self, ball);
+        let sign_q = tally.ask(
+            q.sign(),
+            || exact.small().map(|s| s.q.signum() as i32),
+            || self.truth.field.sign(&exact.big().q),
+        );
+        if sign_q < 0 {
+            return None;
+        }
+        let root_q = if sign_q == 0 { Bounded::ZERO } else { q.sqrt() };
+        let near = beta - root_q;
+        if self.side(&exact, near, Root::Near, Plane::Near, tally) >= 0 {
+            let seen = self.side(&exact, near, Root::Near, Plane::Far, tally) <= 0;
+            return seen.then_some(Hit { ball, root: Root::Near, y: near });
+        }
+        let far = beta + root_q;
+        let seen = self.side(&exact, far, Root::Far, Plane::Near, tally) >= 0
+            && self.side(&exact, far, Root::Far, Plane::Far, tally) <= 0;
+        seen.then_some(Hit { ball, root: Root::Far, y: far })
+    }
+
+    /// The order of two hits along the ray.
+    pub fn order(&self, one: &Hit, other: &Hit, tally: &mut Tally) -> Ordering {
+        if one.ball == other.ball {
+            return Ordering::Equal;
+        }
+        let (s, t) = (one.root.sign(), other.root.sign());
+        let sign = tally.ask(
+            (one.y - other.y).sign(),
+            || {
+                let (one, other) = self.truth.small_pair(self.odd, one.ball, other.ball)?;
+                small::sign_with_roots(one.beta.checked_sub(other.beta)?, s, one.q, t, other.q)
+            },
+            || {
+                let exponent = self.truth.exponent([one.ball, other.ball]);
+                let one = self.truth.site(self.odd, one.ball, exponent);
+                let other = self.truth.site(self.odd, other.ball, exponent);
+                self.truth.field.sign_with_roots(&one.beta.minus(&other.beta), s, &one.q, t, &other.q)
+            },
+        );
+        sign.cmp(&0)
+    }
+
+    /// The nearest of some spheres, by index; at equal depth the lowest index.
+    pub fn nearest(&self, balls: impl IntoIterator<Item = (u32, Ball)>, tally: &mut Tally) -> Option<u32> {
+        let mut best: Option<(u32, Hit)> = None;
+        for (index, ball) in balls {
+            let Some(hit) = self.hit(ball, tally) else { continue };
+            let wins = match &best {
+                None => true,
+                Some((holder, held)) => match self.order(&hit, held, tally) {
+                    Ordering::Less => true,
+                    Ordering::Equal => index < *holder,
+                    Ordering::Greater => false,
+                },
+            };
+            if wins {
+                best = Some((index, hit));
+            }
+        }
+        best.map(|(index, _)| index)
+    }
+
+    /// The distance `t` of a hit, to about 90 bits before rounding to f64.
+    pub fn distance(&self, hit: &Hit) -> f64 {
+        hit.y.value() / self.a.value() / self.truth.scale
+    }
+
+    /// `beta` and `q` of the view space, over `sqrt(A B)` and its square: `t = (beta -+ sqrt q) / a`.
+    fn bounded(&self, ball: Ball) -> (Bounded, Bounded) {
+        let truth = self.truth;
+        let origin = truth.view.camera.origin;
+        let f: [Bounded; 3] = std::array::from_fn(|k| {
+            let exact = Bounded::difference(ball.center[k] * truth.scale, origin[k] * truth.scale);
+            if truth.slack == 0.0 { exact } else { exact.widened(truth.slack) }
+        });
+        let along = |axis: Axis| {
+            let part = |k: usize| f[k] * Bounded::pair(axis.high[k], axis.low[k], AXIS_ERROR);
+            part(0) + part(1) + part(2)
+        };
+        let (x, y, z) = (along(truth.axes.right), along(truth.axes.up), along(truth.axes.forward));
+        let r = Bounded::exact(ball.radius * truth.scale).widened(truth.slack);
+        let [sx, sy] = self.s;
+        match truth.view.camera.projection {
+            Projection::Orthographic => (z, r.square() - (sx - x).square() - (sy - y).square()),
+            Projection::Perspective => {
+                // |f|^2 |dir|^2 - (f.dir)^2 = |f x dir|^2, of which nothing cancels.
+                let (n, m) = (z * sx - x, y - z * sy);
+                let k = n * sy + m * sx;
+                let beta = x * sx + y * sy + z;
+                (beta, self.a * r.square() - (m.square() + n.square() + k.square()))
+            }
+        }
+    }
+
+    /// The sign of `t - plane` for a root of a sphere.
+    fn side(&self, exact: &Lazy, y: Bounded, root: Root, plane: Plane, tally: &mut Tally) -> i32 {
+        let camera = &self.truth.view.camera;
+        let distance = match plane {
+            Plane::Near => camera.near,
+            Plane::Far if camera.far == f64::INFINITY => return -1,
+            Plane::Far => camera.far,
+        };
+        let scaled = distance * self.truth.scale;
+        // A far plane beyond the numbers of the scene may overflow when scaled: then 100 bits cannot tell.
+        let told = if scaled.is_finite() && scaled.abs() < 1e200 {
+            (y - self.a * Bounded::exact(scaled).widened(self.truth.slack)).sign()
+        } else {
+            None
+        };
+        tally.ask(
+            told,
+            || {
+                let site = exact.small()?;
+                let plane = small::length(distance, self.truth.exponent([exact.ball]), self.truth.lcm[0])?;
+                let plane = plane.checked_mul(site.scale)?;
+                small::sign_with_root(site.beta.checked_sub(plane)?, root.sign(), site.q)
+            },
+            || {
+                let exponent = self.truth.exponent([exact.ball]);
+                let site = exact.big();
+                let plane = self.truth.length(distance, exponent);
+                // P y - plane a' sqrt(A B), see `Site`.
+                let edge = self.truth.field.element([IBig::ZERO, IBig::ZERO, IBig::ZERO, plane * &site.a]);
+                let beta = site.beta.times_integer(&site.p).minus(&edge);
+                let q = site.q.times_integer(&(&site.p * &site.p));
+                self.truth.field.sign_with_root(&beta, root.sign(), &q)
+            },
+        )
+    }
+}
+
+/// Each component of an axis is within this of its pair of f64.
+const AXIS_ERROR: f64 = f64::from_bits((1023 - 104) << 52);
+
+impl Tally {
+    fn ask(&mut self, told: Option<i32>, small: impl FnOnce() -> Option<i32>, big: impl FnOnce() -> i32) -> i32 {
+        self.signs += 1;
+        told.unwrap_or_else(|| {
+            self.ties += 1;
+            small().unwrap_or_else(|| {
+                self.big += 1;
+                big()
+            })
+        })
+    }
+}
+
+/// `y = beta -+ sqrt q` of a sphere at a pixel in exact numbers.
+///
+/// Lengths are integers in units of `2^exponent / (2 lcm)`. The perspective ray is `dir' = P dir`, so that its components
+/// are integers too; then `y / (a' sqrt(A B)) = t / P` with `a' = P^2 |dir|^2`. Orthographic: `P = a' = 1`.
+struct Site {
+    beta: Element,
+    q: Element,
+    a: IBig,
+    p: IBig,
+}
+
+/// A site that is computed when it is first needed.
+struct Lazy<'a> {
+    pixel: &'a Pixel<'a>,
+    ball: Ball,
+    big: std::cell::OnceCell<Site>,
+    small: std::cell::OnceCell<Option<small::Site>>,
+}
+
+impl<'a> Lazy<'a> {
+    fn new(pixel: &'a Pixel<'a>, ball: Ball) -> Self {
+        Self { pixel, ball, big: Default::default(), small: Default::default() }
+    }
+
+    fn big(&self) -> &Site {
+        let truth = self.pixel.truth;
+        self.big.get_or_init(|| truth.site(self.pixel.odd, self.ball, truth.exponent([self.ball])))
+    }
+
+    fn small(&self) -> Option<&small::Site> {
+        let truth = self.pixel.truth;
+        self.small.get_or_init(|| truth.small_site(self.pixel.odd, self.ball, truth.exponent([self.ball]))).as_ref()
+    }
+}
+
+impl Truth {
+    /// The exponent under which all lengths that meet at a pixel are integers.
+    fn exponent<const N: usize>(&self, balls: [Ball; N]) -> i32 {
+        let View { camera, pitch_x, pitch_y, .. } = &self.view;
+        let spheres = balls.iter().flat_map(|b| b.center.to_array().into_iter().chain([b.radius]));
+        let far = if camera.far.is_finite() { camera.far } else { 0.0 };
+        let mut least = least_exponent(spheres.chain(camera.origin.to_array()).chain([camera.near, far]));
+        if camera.projection == Projection::Orthographic {
+            least = least.min(least_exponent([pitch_x.length, pitch_y.length]));
+        }
+        least
+    }
+
+    /// A length in units of `2^exponent / (2 lcm)`.
+    fn length(&self, value: f64, exponent: i32) -> IBig {
+        integer(value, exponent) * IBig::from(2 * self.lcm[0])
+    }
+
+    fn site(&self, odd: [i32; 2], ball: Ball, exponent: i32) -> Site {
+        let Axes { d, e, g, a, b, .. } = &self.axes;
+        let View { camera, pitch_x, pitch_y, .. } = &self.view;
+        let f: [IBig; 3] = std::array::from_fn(|k| {
+            (integer(ball.center[k], exponent) - integer(camera.origin[k], exponent)) * IBig::from(2 * self.lcm[0])
+        });
+        let r = self.length(ball.radius, exponent);
+        let (fd, fe, fg) = (dot(&f, d), dot(&f, e), dot(&f, g));
+        let ab = a * b;
+        let two = IBig::from(2);
+        let sample = |k: usize, pitch: &Pitch, exponent: i32| {
+            integer(pitch.length, exponent) * IBig::from(i128::from(odd[k]) * i128::from(self.lcm[k + 1]))
+        };
+        match camera.projection {
+            Projection::Orthographic => {
+                let (sx, sy) = (sample(0, pitch_x, exponent), sample(1, pitch_y, exponent));
+                let rest = &r * &r - &sx * &sx - &sy * &sy - dot(&f, &f);
+                let q = [rest * &ab + b * (&fd * &fd), IBig::ZERO, &two * sx * fe * a, two * sy * fg];
+                let beta = [IBig::ZERO, IBig::ZERO, fd, IBig::ZERO];
+                let one = IBig::ONE;
+                Site { beta: self.field.element(beta), q: self.field.element(q), a: one.clone(), p: one }
+            }
+            Projection::Perspective => {
+                let exponent = least_exponent([pitch_x.length, pitch_y.length]).min(0);
+                let (nx, ny) = (sample(0, pitch_x, exponent), sample(1, pitch_y, exponent));
+                let p = IBig::from(2 * self.lcm[0]) << exponent.unsigned_abs() as usize;
+                let length = &p * &p + &nx * &nx + &ny * &ny;
+                let beta = self.field.element([ny * fg, nx * fe, &p * fd, IBig::ZERO]);
+                let apart = (dot(&f, &f) - &r * &r) * &ab * &length;
+                let q = self.field.product(&beta, &beta).minus(&Element::integer(apart));
+                Site { beta, q, a: length, p }
+            }
+        }
+    }
+
+    /// The same in 128-bit integers, if the axes allow it and the numbers are short.
+    fn small_site(&self, odd: [i32; 2], ball: Ball, exponent: i32) -> Option<small::Site> {
+        small::Site::new(self.small.as_ref()?, &self.view, self.lcm, odd, ball, exponent)
+    }
+
+    fn small_pair(&self, odd: [i32; 2], one: Ball, other: Ball) -> Option<(small::Site, small::Site)> {
+        let exponent = self.exponent([one, other]);
+        Some((self.small_site(odd, one, exponent)?, self.small_site(odd, other, exponent)?))
+    }
+}

@@ -1,0 +1,72 @@
+//! Writes planes as NumPy arrays (`.npy`, version 1.0): little-endian, C order.
+
+use std::io::{self, Write};
+
+/// Writes numbers of a shape as int32.
+///
+/// # Errors
+/// The writer's.
+pub fn write_i32(out: &mut dyn Write, shape: &[usize], numbers: &[i32]) -> io::Result<()> {
+    write(out, "<i4", shape, numbers.len(), numbers, i32::to_le_bytes)
+}
+
+/// Writes numbers of a shape as float32.
+///
+/// # Errors
+/// The writer's.
+pub fn write_f32(out: &mut dyn Write, shape: &[usize], numbers: &[f32]) -> io::Result<()> {
+    write(out, "<f4", shape, numbers.len(), numbers, f32::to_le_bytes)
+}
+
+fn write<T: bytemuck::Pod>(
+    out: &mut dyn Write,
+    descr: &str,
+    shape: &[usize],
+    count: usize,
+    numbers: &[T],
+    little: fn(T) -> [u8; 4],
+) -> io::Result<()> {
+    assert_eq!(shape.iter().product::<usize>(), count, "the shape is the numbers'");
+    out.write_all(&header(descr, shape))?;
+    if cfg!(target_endian = "little") {
+        return out.write_all(bytemuck::cast_slice(numbers));
+    }
+    for part in numbers.chunks(1 << 16) {
+        let bytes: Vec<u8> = part.iter().flat_map(|&n| little(n)).collect();
+        out.write_all(&bytes)?;
+    }
+    Ok(())
+}
+
+/// The header of an array: magic, version, and the dict that NumPy reads, filled up so that the numbers begin at a multiple of 64 bytes.
+pub fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    let axes: String = shape.iter().map(|n| format!("{n}, ")).collect();
+    // NumPy itself writes (3,) and (2, 3).
+    let axes = if shape.len() == 1 { axes.trim_end() } else { axes.trim_end_matches([',', ' ']) };
+    let mut dict = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({axes}), }}");
+    let start = 10;
+    let padding = 63 - (start + dict.len()) % 64;
+    dict.extend(std::iter::repeat_n(' ', padding));
+    dict.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((dict.len() as u16).to_le_bytes());
+    bytes.extend(dict.bytes());
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_are_numpys() {
+        let mut out = Vec::new();
+        write_i32(&mut out, &[2, 3], &[1, -1, 0, 4, 5, 6]).unwrap();
+        assert_eq!(out.len(), 128 + 24);
+        assert_eq!(&out[..10], b"\x93NUMPY\x01\x00\x76\x00");
+        assert!(out[10..].starts_with(b"{'descr': '<i4', 'fortran_order': False, 'shape': (2, 3), } "));
+        assert_eq!(out[127], b'\n');
+        assert_eq!(out[128..136], [1, 0, 0, 0, 255, 255, 255, 255]);
+        assert!(header("<f4", &[7])[10..].starts_with(b"{'descr': '<f4', 'fortran_order': False, 'shape': (7,), }"));
+    }
+}

@@ -1,0 +1,382 @@
+//! What a scene file means: `[camera]`, `[image]`, `[[sphere]]` and `[[spheres]]`, each key checked at its place.
+
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
+
+use rayon::prelude::*;
+use toml::de::{DeTable, DeValue};
+
+use super::{
+    DEFAULT_COLOR, DEFAULT_IMAGE, Loaded,
+    batches::{Batches, cut},
+    document::{Section, Value, color, integer, number, string, vector},
+    npy::{Array, NpyError},
+    report::Fault,
+};
+use crate::{
+    camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, ScreenSize},
+    fov::height_from_fov,
+    scene::{Block, Colors, Radii, Scene, SceneError, Sphere},
+};
+
+/// Reads the text of a scene file, and maps the arrays it names relative to `folder`.
+pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
+    if let Some((rest, singles)) = read_batches(text)
+        && let Ok(document) = DeTable::parse(&rest)
+        && !document.get_ref().contains_key("sphere")
+    {
+        return read_document(document.get_ref(), singles, folder);
+    }
+    let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
+    read_document(document.get_ref(), Vec::new(), folder)
+}
+
+/// The `[[sphere]]` tables of a large file, and the file without them; or nothing when there is any fault in them, which
+/// is then found again, at its place, by reading the file as a whole.
+fn read_batches(text: &str) -> Option<(String, Vec<Sphere>)> {
+    let Batches { rest, pieces } = cut(text)?;
+    let read = |piece: &&str| {
+        let document = DeTable::parse(piece).ok()?;
+        let root = Section::of_table("", document.get_ref(), 0..0, &["sphere"]).ok()?;
+        tables(&root, "sphere").ok()?.iter().map(|table| read_sphere(table).ok()).collect::<Option<Vec<_>>>()
+    };
+    let spheres: Option<Vec<Vec<Sphere>>> = pieces.par_iter().map(read).collect();
+    Some((rest, spheres?.concat()))
+}
+
+/// Reads a parsed document, whose first spheres may have been read before.
+fn read_document(document: &DeTable, singles: Vec<Sphere>, folder: &Path) -> Result<Loaded, Fault> {
+    let known = ["camera", "image", "sphere", "spheres"];
+    let root = Section::of_table("", document, 0..0, &known)?;
+    let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
+    let fixed_camera = root.get("camera").map(read_camera).transpose()?;
+    let scene = read_spheres(&root, singles, folder)?;
+    Ok(Loaded { scene, fixed_camera, image, background })
+}
+
+/// A fault of the TOML itself, in the parser's words.
+fn syntax(error: &toml::de::Error, text: &str) -> Fault {
+    let message = error.message().lines().collect::<Vec<_>>().join(", ");
+    let fix = if message.contains("duplicate key") {
+        "remove one of the two"
+    } else {
+        "write `key = value` lines under [camera], [image], [[sphere]] or [[spheres]], strings in quotes (https://toml.io)"
+    };
+    Fault::new(format!("not TOML: {message}"), error.span().unwrap_or(text.len()..text.len()), "here", fix)
+}
+
+fn read_image(value: &Value) -> Result<(ImageSize, [u8; 3]), Fault> {
+    let section = Section::new("[image]", value, &["width", "height", "background"])?;
+    let side = |key: &str, default: u32| -> Result<u32, Fault> {
+        let Some(found) = section.read(key, integer)? else { return Ok(default) };
+        u32::try_from(found).ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(|| {
+            Fault::new(
+                format!("the image's {key} is {found} pixels"),
+                section.place(key),
+                format!("not 1 to {MAX_SIDE}"),
+                format!("write a {key} from 1 to {MAX_SIDE}"),
+            )
+        })
+    };
+    let size = ImageSize { width: side("width", DEFAULT_IMAGE.width)?, height: side("height", DEFAULT_IMAGE.height)? };
+    Ok((size, section.read("background", color)?.unwrap_or([0; 3])))
+}
+
+fn read_camera(value: &Value) -> Result<Camera, Fault> {
+    let known = ["projection", "origin", "view", "look_at", "up", "width", "height", "fov", "near", "far"];
+    let section = Section::new("[camera]", value, &known)?;
+    let projection = section.read("projection", projection)?.unwrap_or(Projection::Orthographic);
+    let origin = section.read("origin", vector)?.unwrap_or_default();
+    section.not_both("view", "look_at")?;
+    let view = match (section.read("view", vector)?, section.read("look_at", vector)?) {
+        (Some(view), _) => view,
+        (None, Some(point)) => point - origin,
+        (None, None) => {
+            return Err(Fault::new(
+                "the camera has neither `view` nor `look_at`",
+                section.span,
+                "no view direction",
+                "add view = [1.0, 0.0, 0.0] (a direction) or look_at = [x, y, z] (a point)",
+            ));
+        }
+    };
+    let up = section.read("up", vector)?.unwrap_or(glam::DVec3::Z);
+    let size = read_screen(&section, projection)?;
+    let near = section.read("near", number)?.unwrap_or(0.0);
+    let far = section.read("far", number)?.unwrap_or(f64::INFINITY);
+    let camera = Camera { projection, origin, view, up, size, near, far };
+    camera.check().map_err(|error| camera_fault(&section, &error))?;
+    Ok(camera)
+}
+
+fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
+    match string("projection", value)?.as_str() {
+        "orthographic" => Ok(Projection::Orthographic),
+        "perspective" => Ok(Projection::Perspective),
+        other => Err(Fault::new(
+            format!("unknown projection \"{other}\""),
+            value.span(),
+            "unknown",
+            "write projection = \"orthographic\" or projection = \"perspective\"",
+        )),
+    }
+}
+
+fn read_screen(section: &Section, projection: Projection) -> Result<ScreenSize, Fault> {
+    section.not_both("width", "fov")?;
+    section.not_both("height", "fov")?;
+    let fov = section.read("fov", number)?;
+    let screen = (section.read("width", number)?, section.read("height", number)?);
+    match (projection, fov, screen) {
+        (Projection::Orthographic, Some(_), _) => Err(Fault::new(
+            "`fov` is given, but the camera is orthographic",
+            section.place("fov"),
+            "an orthographic camera has no field of view",
+            "add projection = \"perspective\", or give `width` in world units instead of `fov`",
+        )),
+        (Projection::Perspective, Some(fov), _) if fov > 0.0 && fov < 180.0 => {
+            Ok(ScreenSize::Height(height_from_fov(fov)))
+        }
+        (Projection::Perspective, Some(fov), _) => Err(Fault::new(
+            format!("`fov` is {fov} degrees"),
+            section.place("fov"),
+            "not between 0 and 180",
+            "write an angle greater than 0 and less than 180",
+        )),
+        (_, None, (Some(width), Some(height))) => Ok(ScreenSize::Both { width, height }),
+        (_, None, (Some(width), None)) => Ok(ScreenSize::Width(width)),
+        (_, None, (None, Some(height))) => Ok(ScreenSize::Height(height)),
+        (Projection::Orthographic, None, (None, None)) => Ok(ScreenSize::Width(10.0)),
+        (Projection::Perspective, None, (None, None)) => Err(Fault::new(
+            "the perspective camera has no `fov`, `width` or `height`",
+            section.span.clone(),
+            "how wide it sees is missing",
+            "add fov = 40.0 (vertical, degrees), or width or height (of the image plane at distance 1)",
+        )),
+    }
+}
+
+/// The camera's own words, split into what is wrong and the fix, at the place that they speak of.
+fn camera_fault(section: &Section, error: &CameraError) -> Fault {
+    let words = error.to_string();
+    let (message, fix) = words.split_once("; ").unwrap_or((&words, "correct the camera"));
+    let direction = if section.get("look_at").is_some() { "look_at" } else { "view" };
+    match error {
+        CameraError::NotFinite(_) => Fault::new(
+            "look_at - origin is beyond the range of 64-bit floats",
+            section.place(direction),
+            "too far from the origin",
+            "give a point nearer to the camera, or `view`",
+        ),
+        CameraError::ZeroView if direction == "look_at" => Fault::new(
+            "`look_at` is the camera's origin: the view direction is zero",
+            section.place("look_at"),
+            "the same point as the origin",
+            "give another point, or `view`, a direction",
+        ),
+        CameraError::ZeroView => Fault::new(message, section.place("view"), "zero", fix),
+        CameraError::UpParallel if section.get("up").is_none() => Fault::new(
+            "the view direction is parallel to the default up, [0, 0, 1]",
+            section.place(direction),
+            "along the z axis",
+            "add an `up` that points another way, such as up = [0.0, 1.0, 0.0]",
+        ),
+        CameraError::UpParallel => Fault::new(message, section.place("up"), "parallel to the view direction", fix)
+            .and(section.place(direction), "the view direction"),
+        CameraError::Size { what, .. } => {
+            let key = if section.get("fov").is_some() { "fov" } else { what };
+            Fault::new(message, section.place(key), "not positive", fix)
+        }
+        CameraError::Planes { near, .. } if *near < 0.0 => Fault::new(
+            format!("near is {near}, which is behind the camera"),
+            section.place("near"),
+            "negative",
+            "write a near of 0 or more",
+        ),
+        CameraError::Planes { .. } if section.get("near").is_some() && section.get("far").is_some() => {
+            Fault::new(message, section.place("near"), "not less than far", fix).and(section.place("far"), "far")
+        }
+        CameraError::Planes { .. } => Fault::new(message, section.place("far"), "not beyond near", fix),
+    }
+}
+
+/// Where the numbers of a block come from, for faults that are found when the scene is put together.
+struct Source {
+    span: Range<usize>,
+    centers: (PathBuf, Range<usize>),
+    radii: Option<(PathBuf, Range<usize>)>,
+}
+
+/// All `[[sphere]]` first, then each `[[spheres]]` in turn.
+fn read_spheres(root: &Section, mut singles: Vec<Sphere>, folder: &Path) -> Result<Scene, Fault> {
+    let (mut blocks, mut sources) = (Vec::new(), Vec::new());
+    for table in tables(root, "sphere")? {
+        singles.push(read_sphere(table)?);
+    }
+    if !singles.is_empty() {
+        blocks.push(Block::from_spheres(&singles));
+        sources.push(None);
+    }
+    for value in tables(root, "spheres")? {
+        let (block, source) = read_block(value, folder)?;
+        blocks.push(block);
+        sources.push(Some(source));
+    }
+    Scene::new(blocks).map_err(|error| scene_fault(&error, &sources))
+}
+
+/// The tables of a `[[name]]`.
+fn tables<'t, 'i>(root: &Section<'t, 'i>, name: &str) -> Result<&'t [Value<'i>], Fault> {
+    match root.get(name).map(|value| (value, value.get_ref())) {
+        None => Ok(&[]),
+        Some((_, DeValue::Array(items))) => Ok(items),
+        Some((value, _)) => Err(Fault::new(
+            format!("`{name}` is not a list of tables"),
+            value.span(),
+            "only one",
+            format!("write [[{name}]], with two brackets on each side"),
+        )),
+    }
+}
+
+fn read_sphere(value: &Value) -> Result<Sphere, Fault> {
+    let section = Section::new("[[sphere]]", value, &["center", "radius", "color"])?;
+    let Some(center) = section.read("center", vector)? else {
+        return Err(missing(&section, "center", "center = [0.0, 0.0, 0.0]"));
+    };
+    let Some(radius) = section.read("radius", positive)? else {
+        return Err(missing(&section, "radius", "radius = 1.0"));
+    };
+    Ok(Sphere { center, radius, color: section.read("color", color)?.unwrap_or(DEFAULT_COLOR) })
+}
+
+fn missing(section: &Section, key: &str, example: &str) -> Fault {
+    Fault::new(format!("`{key}` is missing"), section.span.clone(), format!("no `{key}`"), format!("add {example}"))
+}
+
+fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
+    let number = number(key, value)?;
+    if number > 0.0 {
+        return Ok(number);
+    }
+    // Text such as 1e-400 is nearest to zero.
+    Err(Fault::new(
+        format!("`{key}` is {number}, but a radius is greater than 0"),
+        value.span(),
+        "not positive",
+        "write a number greater than 0, or remove the sphere",
+    ))
+}
+
+fn read_block(value: &Value, folder: &Path) -> Result<(Block, Source), Fault> {
+    let section = Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
+    section.not_both("radii", "radius")?;
+    section.not_both("colors", "color")?;
+
+    let Some(centers) = open(&section, "centers", folder)? else {
+        return Err(missing(&section, "centers", "centers = \"centers.npy\", an array of shape (N, 3)"));
+    };
+    let &[count, 3] = centers.array.shape.as_slice() else {
+        return Err(centers.wrong_shape("(N, 3)", "write one row of three coordinates for each sphere"));
+    };
+    let mut source = Source { span: section.span.clone(), centers: centers.place(), radii: None };
+    let mut block = Block {
+        centers: centers.array.reals().map_err(|error| centers.fault(&error))?,
+        radii: Radii::Same(0.0),
+        colors: Colors::Same(section.read("color", color)?.unwrap_or(DEFAULT_COLOR)),
+    };
+
+    if let Some(radii) = open(&section, "radii", folder)? {
+        if radii.array.shape != [count] {
+            let wanted = format!("({count},), one for each row of `centers`");
+            return Err(radii.wrong_shape(&wanted, "write one radius for each sphere, or use `radius`"));
+        }
+        block.radii = Radii::Each(radii.array.reals().map_err(|error| radii.fault(&error))?);
+        source.radii = Some(radii.place());
+    } else if let Some(radius) = section.read("radius", positive)? {
+        block.radii = Radii::Same(radius);
+    } else {
+        return Err(missing(&section, "radii", "radii = \"radii.npy\" (shape (N,)), or radius = 0.5 for all"));
+    }
+
+    if let Some(colors) = open(&section, "colors", folder)? {
+        if colors.array.shape != [count, 3] {
+            let wanted = format!("({count}, 3), one row for each row of `centers`");
+            return Err(colors.wrong_shape(&wanted, "write red, green and blue for each sphere, or use `color`"));
+        }
+        block.colors = Colors::Each(colors.array.bytes().map_err(|error| colors.fault(&error))?);
+    }
+    Ok((block, source))
+}
+
+/// An array that a key names.
+struct Named {
+    path: PathBuf,
+    span: Range<usize>,
+    array: Array,
+}
+
+impl Named {
+    fn place(&self) -> (PathBuf, Range<usize>) {
+        (self.path.clone(), self.span.clone())
+    }
+
+    fn fault(&self, error: &NpyError) -> Fault {
+        array_fault(&self.path, self.span.clone(), error)
+    }
+
+    fn wrong_shape(&self, wanted: &str, fix: &str) -> Fault {
+        Fault::new(
+            format!("{}: has the shape {}, but {wanted} is needed", self.path.display(), self.array.shape_text()),
+            self.span.clone(),
+            "shape disagrees",
+            fix,
+        )
+    }
+}
+
+fn array_fault(path: &Path, span: Range<usize>, error: &NpyError) -> Fault {
+    Fault::new(format!("{}: {error}", path.display()), span, "this array", error.fix())
+}
+
+fn open(section: &Section, key: &str, folder: &Path) -> Result<Option<Named>, Fault> {
+    let Some(name) = section.read(key, string)? else { return Ok(None) };
+    let (path, span) = (folder.join(name), section.place(key));
+    match Array::open(&path) {
+        Ok(array) => Ok(Some(Named { path, span, array })),
+        Err(error) => Err(array_fault(&path, span, &error)),
+    }
+}
+
+/// Names the array, and the place in it, of a number that is not one.
+fn scene_fault(error: &SceneError, sources: &[Option<Source>]) -> Fault {
+    let source = |block: usize| sources.get(block).and_then(Option::as_ref);
+    match *error {
+        SceneError::Center { block, index, axis, value } => {
+            if let Some(Source { centers: (path, span), .. }) = source(block) {
+                let column = axis as u32 - 'x' as u32;
+                return Fault::new(
+                    format!("{}: {axis} of centre {index} is {value}, not a finite number", path.display()),
+                    span.clone(),
+                    format!("element [{index}, {column}] of this array"),
+                    "write finite numbers into the array, or leave the sphere out",
+                );
+            }
+        }
+        SceneError::Radius { block, index, value } => {
+            if let Some(Source { radii: Some((path, span)), .. }) = source(block) {
+                return Fault::new(
+                    format!("{}: radius {index} is {value}, not a positive finite number", path.display()),
+                    span.clone(),
+                    format!("element [{index}] of this array"),
+                    "write radii greater than 0 into the array, or leave the sphere out",
+                );
+            }
+        }
+        SceneError::Shape { .. } | SceneError::TooMany(_) => {}
+    }
+    let last = sources.iter().flatten().next_back().map_or(0..0, |source| source.span.clone());
+    Fault::new(error.to_string(), last, "here", "draw fewer spheres at a time")
+}

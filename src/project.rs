@@ -1,0 +1,326 @@
+//! Spheres into view space in f64, with bounds: the first half of the filter that both devices share.
+//!
+//! View space has its origin at the camera, x to the right, y up, z along the view direction; lengths are world units times
+//! a power of two that keeps squares in range (1 unless the scene is extreme).
+//!
+//! **Position bound.** With u = 2^-53: `f = c - o` is within u |f| of the truth; each axis component is within u / 2 of its
+//! own; three products and two sums add at most 3 u |f_k| a term. So each coordinate is within `5 u (|f_x| + |f_y| + |f_z|)`
+//! of the exact one, which is below `5 sqrt 3 u (|x| + |y| + |z|) < 9 u (|x| + |y| + |z|)`. Screen coordinates are within
+//! `2 u |s|`, and near a sphere `|s| <= |x| + 2 r`. [`Projected::bound`] takes 32 u of the sum with r added: what is left
+//! over covers the roundings of `s - x` and `x +- r`, and of computing the bound itself.
+
+use glam::DVec3;
+
+use crate::{
+    camera::{Projection, Region, View},
+    exact::decide::Truth,
+    scene::{Block, Radii, Reals},
+};
+
+/// Relative bound of view-space coordinates; see the file's head.
+const POSITION: f64 = 32.0 * U;
+/// Half a unit in the last place of 1.
+pub const U: f64 = f64::EPSILON / 2.0;
+/// Covers underflow in squares: what is smaller is in doubt.
+pub const FLOOR: f64 = f64::from_bits((1023 - 960) << 52);
+
+/// A sphere in view space, rounded.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub struct Projected {
+    /// To the right.
+    pub x: f64,
+    /// Up.
+    pub y: f64,
+    /// Depth of the centre.
+    pub z: f64,
+    /// Radius.
+    pub r: f64,
+}
+
+impl Projected {
+    /// Bound of the error of each coordinate.
+    #[inline(always)]
+    pub fn bound(&self) -> f64 {
+        (self.x.abs() + self.y.abs() + self.z.abs() + self.r) * POSITION + FLOOR
+    }
+
+    /// Nothing of the sphere is nearer.
+    #[inline(always)]
+    pub fn nearest(&self) -> f64 {
+        self.z - self.r - self.bound()
+    }
+}
+
+/// The camera of a region, rounded to f64.
+pub struct Projector {
+    /// Orthographic or perspective.
+    pub projection: Projection,
+    /// World lengths times this are view lengths.
+    pub scale: f64,
+    /// Nearest plane, in view lengths.
+    pub near: f64,
+    /// Farthest plane, in view lengths.
+    pub far: f64,
+    /// Screen coordinate of each column of the region, and infinity up to a multiple of 64.
+    pub columns: Vec<f64>,
+    /// Screen coordinate of each row of the region, and infinity up to a multiple of 64.
+    pub rows: Vec<f64>,
+    /// `1 + max |screen coordinate|` (perspective), or 1.
+    pub kappa: f64,
+    /// The region.
+    pub region: Region,
+    origin: DVec3,
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    /// Column `= x * column[0] + column[1]`; rows likewise.
+    column: [f64; 2],
+    row: [f64; 2],
+}
+
+/// How many spheres are projected at once: arrays of this length stay in the first cache.
+pub const BATCH: usize = 64;
+
+/// A batch of spheres in view space, one array a coordinate, and the pixels of the region that each may be seen at:
+/// columns `left ..= right`, rows `top ..= bottom`; none if `left > right` or `top > bottom`.
+pub struct Batch {
+    /// To the right.
+    pub x: [f64; BATCH],
+    /// Up.
+    pub y: [f64; BATCH],
+    /// Depth.
+    pub z: [f64; BATCH],
+    /// Radius.
+    pub r: [f64; BATCH],
+    /// Nothing of the sphere is nearer.
+    pub nearest: [f64; BATCH],
+    /// First column.
+    pub left: [i32; BATCH],
+    /// Last column.
+    pub right: [i32; BATCH],
+    /// First row.
+    pub top: [i32; BATCH],
+    /// Last row.
+    pub bottom: [i32; BATCH],
+    /// How many are filled.
+    pub len: usize,
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        let (zeros, none) = ([0.0; BATCH], [0; BATCH]);
+        Self {
+            x: zeros,
+            y: zeros,
+            z: zeros,
+            r: zeros,
+            nearest: zeros,
+            left: none,
+            right: none,
+            top: none,
+            bottom: none,
+            len: 0,
+        }
+    }
+}
+
+impl Batch {
+    /// Sphere `k` of the batch.
+    #[inline(always)]
+    pub fn sphere(&self, k: usize) -> Projected {
+        Projected { x: self.x[k], y: self.y[k], z: self.z[k], r: self.r[k] }
+    }
+}
+
+/// The greater; of NaN and a number, the number.
+#[inline(always)]
+fn greater(a: f64, number: f64) -> f64 {
+    if a > number { a } else { number }
+}
+
+/// The lesser; of NaN and a number, the number.
+#[inline(always)]
+fn lesser(a: f64, number: f64) -> f64 {
+    if a < number { a } else { number }
+}
+
+impl Projector {
+    /// Of a region of the view that `truth` decides.
+    pub fn new(truth: &Truth, region: Region) -> Self {
+        let View { camera, pitch_x, pitch_y, image } = *truth.view();
+        let scale = truth.scale();
+        let unit = match camera.projection {
+            Projection::Orthographic => scale,
+            Projection::Perspective => 1.0,
+        };
+        let (width, height) = (pitch_x.length * unit, pitch_y.length * unit);
+        let (across, down) = (f64::from(pitch_x.divisor), f64::from(pitch_y.divisor));
+        // The product and the quotient each round once: within 2 u.
+        let sample = |odd: i32, length: f64, divisor: f64| f64::from(odd) * length / (2.0 * divisor);
+        let padded = |count: u32, value: &dyn Fn(u32) -> f64| {
+            let mut values: Vec<f64> = (0..count).map(value).collect();
+            values.resize((count as usize).next_multiple_of(64), f64::INFINITY);
+            values
+        };
+        let columns = padded(region.width, &|i| sample(truth.view().odd_x(region.x + i), width, across));
+        let rows = padded(region.height, &|j| sample(truth.view().odd_y(region.y + j), height, down));
+        let reach = [columns[0], columns[region.width as usize - 1], rows[0], rows[region.height as usize - 1]];
+        let kappa = match camera.projection {
+            Projection::Orthographic => 1.0,
+            Projection::Perspective => 1.0 + reach.into_iter().map(f64::abs).fold(0.0, f64::max),
+        };
+        let axes = truth.axes();
+        Self {
+            projection: camera.projection,
+            scale,
+            near: camera.near * scale,
+            far: camera.far * scale,
+            columns,
+            rows,
+            kappa,
+            region,
+            origin: camera.origin * scale,
+            right: axes.right.nearest(),
+            up: axes.up.nearest(),
+            forward: axes.forward.nearest(),
+            column: [across / width, 0.5 * (f64::from(image.width) - 1.0) - f64::from(region.x)],
+            row: [-down / height, 0.5 * (f64::from(image.height) - 1.0) - f64::from(region.y)],
+        }
+    }
+
+    /// One sphere.
+    #[inline(always)]
+    pub fn project(&self, center: DVec3, radius: f64) -> Projected {
+        let f = center * self.scale - self.origin;
+        Projected { x: f.dot(self.right), y: f.dot(self.up), z: f.dot(self.forward), r: radius * self.scale }
+    }
+
+    /// Spheres `first ..` of a block, as many as fit.
+    #[inline(always)]
+    pub fn project_batch(&self, block: &Block, first: usize, batch: &mut Batch) {
+        batch.len = BATCH.min(block.len() - first);
+        match &block.centers {
+            Reals::F32(c) => self.centers(&c.as_slice()[3 * first..3 * (first + batch.len)], batch),
+            Reals::F64(c) => self.centers(&c.as_slice()[3 * first..3 * (first + batch.len)], batch),
+        }
+        match &block.radii {
+            Radii::Same(radius) => batch.r = [radius * self.scale; BATCH],
+            Radii::Each(Reals::F32(r)) => {
+                for (to, &from) in batch.r.iter_mut().zip(&r.as_slice()[first..first + batch.len]) {
+                    *to = f64::from(from) * self.scale;
+                }
+            }
+            Radii::Each(Reals::F64(r)) => {
+                for (to, &from) in batch.r.iter_mut().zip(&r.as_slice()[first..first + batch.len]) {
+                    *to = from * self.scale;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn centers<T: Copy + Into<f64>>(&self, centers: &[T], batch: &mut Batch) {
+        if let Ok(centers) = <&[T; 3 * BATCH]>::try_from(centers) {
+            // A length that is known lets the compiler shuffle whole vectors.
+            for k in 0..BATCH {
+                batch.x[k] = centers[3 * k].into();
+                batch.y[k] = centers[3 * k + 1].into();
+                batch.z[k] = centers[3 * k + 2].into();
+            }
+        } else {
+            for (k, c) in centers.chunks_exact(3).take(BATCH).enumerate() {
+                batch.x[k] = c[0].into();
+                batch.y[k] = c[1].into();
+                batch.z[k] = c[2].into();
+            }
+        }
+        let Batch { x, y, z, .. } = batch;
+        for k in 0..BATCH {
+            let fx = x[k] * self.scale - self.origin.x;
+            let fy = y[k] * self.scale - self.origin.y;
+            let fz = z[k] * self.scale - self.origin.z;
+            x[k] = fx * self.right.x + fy * self.right.y + fz * self.right.z;
+            y[k] = fx * self.up.x + fy * self.up.y + fz * self.up.z;
+            z[k] = fx * self.forward.x + fy * self.forward.y + fz * self.forward.z;
+        }
+    }
+
+    /// Fills in the pixels of the region that each sphere of a batch may be seen at; conservative.
+    ///
+    /// Out of the clip range: none. Positions on the screen are widened by a millionth of a pixel, far above the roundings
+    /// of the products here wherever they matter (within 1e6 pixels of the region). What is NaN reaches the region's side.
+    #[inline(always)]
+    pub fn footprints(&self, batch: &mut Batch) {
+        match self.projection {
+            Projection::Orthographic => self.footprints_by(batch, |_, at, _, reach| [at - reach, at + reach]),
+            Projection::Perspective => self.footprints_by(batch, |_, at, z, reach| slopes(at, z, reach)),
+        }
+    }
+
+    #[inline(always)]
+    fn footprints_by(&self, batch: &mut Batch, extent: impl Fn(&Self, f64, f64, f64) -> [f64; 2]) {
+        const MARGIN: f64 = 1e-6;
+        let last = [f64::from(self.region.width) - 1.0, f64::from(self.region.height) - 1.0];
+        for k in 0..BATCH {
+            let s = batch.sphere(k);
+            let bound = s.bound();
+            let reach = s.r + bound;
+            batch.nearest[k] = s.nearest();
+            let hidden = (s.z + reach < self.near) | (s.z - reach > self.far);
+            let (x, y) = (extent(self, s.x, s.z, reach), extent(self, s.y, s.z, reach));
+            let at = |value: f64, [slope, offset]: [f64; 2]| value * slope + offset;
+            let first = |value: f64, last: f64| lesser(greater((value - MARGIN).ceil(), 0.0), last + 1.0);
+            let until = |value: f64, last: f64| greater(lesser((value + MARGIN).floor(), last), -1.0);
+            let left = first(at(x[0], self.column), last[0]);
+            let right = until(at(x[1], self.column), last[0]);
+            let top = first(at(y[1], self.row), last[1]);
+            let bottom = until(at(y[0], self.row), last[1]);
+            let right = if hidden { -1.0 } else { right };
+            // SAFETY: all four lie between -1 and an image side, by the bounds just taken, and are never NaN.
+            unsafe {
+                batch.left[k] = left.to_int_unchecked();
+                batch.right[k] = right.to_int_unchecked();
+                batch.top[k] = top.to_int_unchecked();
+                batch.bottom[k] = bottom.to_int_unchecked();
+            }
+        }
+    }
+}
+
+/// The least and greatest slope `x / z` of rays through the eye that meet a circle of radius `r` about `(x, z)`, widened.
+///
+/// The tangents are `(x z -+ r sqrt(x^2 + z^2 - r^2)) / (z^2 - r^2)`. With `z - r >= 1e-6 z` the quotient is within
+/// `1e6 * 16 u (1 + |x| / z)` of the truth, far below the widening by 1e-7; with less, the circle may fill the view.
+#[inline(always)]
+fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
+    let wraps = (z - r <= 1e-6 * z) | (z <= 0.0);
+    let across = r * (x * x + (z - r) * (z + r)).sqrt();
+    let over = 1.0 / ((z - r) * (z + r));
+    let (low, high) = ((x * z - across) * over, (x * z + across) * over);
+    let wide = 1e-7 * (1.0 + x.abs() / z);
+    let (low, high) = (low - wide * (1.0 + low.abs()), high + wide * (1.0 + high.abs()));
+    if wraps { [f64::NEG_INFINITY, f64::INFINITY] } else { [low, high] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_tangent() {
+        for (x, z, r) in [(0.0, 2.0, 1.0), (3.0, 2.0, 1.0), (-1e3, 5.0, 4.9), (1.0, 1e6, 1e-3)] {
+            let [low, high] = slopes(x, z, r);
+            for (slope, inward) in [(low, 1.0), (high, -1.0)] {
+                // Distance of the centre from the line through the eye: r, or a little more for the widening.
+                let distance = |s: f64| (x - s * z).abs() / (1.0 + s * s).sqrt();
+                assert!(
+                    distance(slope) >= r && distance(slope) <= r + 1e-5 * (1.0 + x.abs() + z) * (1.0 + x.abs() / z)
+                );
+                assert!(distance(slope + inward * 0.1 * (high - low)) < distance(slope));
+            }
+        }
+        assert_eq!(slopes(0.0, 1.0, 1.0), [f64::NEG_INFINITY, f64::INFINITY]);
+        assert_eq!(slopes(5.0, -1.0, 0.5), [f64::NEG_INFINITY, f64::INFINITY]);
+    }
+}

@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# The test command of the README: sees that what the tests need is there, then runs all of them.
+#
+#   tests/run.sh                      every test
+#   tests/run.sh --test window        arguments go to `cargo test`
+#
+# Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, and
+# the libraries that the window loads when it opens under X. On Debian and Ubuntu what is missing is installed, with sudo
+# if need be; elsewhere this script says what is missing and stops. No test is ever skipped for lack of something.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# One line: the Vulkan loader and Mesa's software device, the X server, the keys. The others: what winit and softbuffer load.
+packages=(
+    libvulkan1 mesa-vulkan-drivers xvfb xdotool
+    libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxext6 libxi6 libxrandr2 libxrender1
+    libxkbcommon0 libxkbcommon-x11-0
+)
+
+say() {
+    printf 'tests/run.sh: %s\n' "$*" >&2
+}
+
+installed() {
+    [[ "$(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null)" == installed ]]
+}
+
+as_root() {
+    if [[ "$(id -u)" == 0 ]]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        sudo "$@"
+    else
+        say "this needs root, and there is no sudo: $*"
+        return 1
+    fi
+}
+
+on_debian() {
+    local package missing=()
+    for package in "${packages[@]}"; do
+        installed "$package" || missing+=("$package")
+    done
+    if ((${#missing[@]} > 0)); then
+        say "installing ${missing[*]}"
+        # An update may fail for a source that has nothing to do with these; the install decides.
+        as_root apt-get update --quiet || say "apt-get update failed; trying with the lists that are there"
+        as_root env DEBIAN_FRONTEND=noninteractive apt-get install --yes --quiet --no-install-recommends "${missing[@]}"
+    fi
+}
+
+elsewhere() {
+    local missing=() drivers
+    command -v Xvfb >/dev/null || missing+=("Xvfb")
+    command -v xdotool >/dev/null || missing+=("xdotool")
+    drivers=$(find /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d /etc/vulkan/icd.d -name '*.json' 2>/dev/null || true)
+    [[ -n "$drivers" || "$(uname -s)" != Linux ]] || missing+=("a Vulkan driver")
+    if ((${#missing[@]} > 0)); then
+        say "missing: ${missing[*]}. Install them and run this again:"
+        say "  Fedora   dnf install mesa-vulkan-drivers vulkan-loader xorg-x11-server-Xvfb xdotool libxkbcommon-x11 libXcursor libXi"
+        say "  Arch     pacman -S vulkan-swrast vulkan-icd-loader xorg-server-xvfb xdotool libxkbcommon-x11 libxcursor libxi"
+        say "  openSUSE zypper install libvulkan_lvp libvulkan1 xorg-x11-server-Xvfb xdotool libxkbcommon-x11-0 libXcursor1 libXi6"
+        say "Other systems: any Vulkan, Metal or DX12 driver, and XQuartz or another X server with Xvfb."
+        return 1
+    fi
+}
+
+if command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; then
+    on_debian
+else
+    elsewhere
+fi
+
+cargo test --release --all-features --locked "$@"
+
+# The crate without its window, as on a machine that has no use for one.
+cargo check --release --locked --no-default-features
