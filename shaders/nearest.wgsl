@@ -20,3 +20,14 @@ fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> 
     let named = select(vec4<u32>(entry | AGAIN), vec4<u32>(entry), safe(range, item, c));
     return Nearest(min(old.low, low), min(old.rest, max(old.low, low)), select(old.entry, named, low < old.low));
 }
+
+// The farthest lower bound of a column.
+fn farthest(top: Nearest, bottom: Nearest) -> f32 {
+    let four = max(top.low, bottom.low);
+    return max(max(four.x, four.y), max(four.z, four.w));
+}
+
+// What begins beyond `front` was not looked at.
+fn cut_off(found: Nearest, front: f32) -> Nearest {
+    return Nearest(found.low, min(found.rest, vec4<f32>(front)), found.entry);
+}

@@ -27,6 +27,8 @@ struct Item {
     // Above this square a hit is certain (the root is at least the radius over REACH), and its depth is good to 2 `width`.
     safe: f32,
     width: f32,
+    // Not more than the depth at which the sphere begins; not passed from lane to lane.
+    front: f32,
 }
 
 // A column of four pixels: offsets from the tile's middle.
@@ -61,7 +63,7 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let z = f32(rotate(eye.z, center) + eye.offset.z);
     let radius = bitcast<f32>(record.w) * frame.scale;
     if radius > GREATEST_RADIUS {
-        return Item(vec4<f32>(0.0, 0.0, -1e30, 1e30), vec2<f32>(1e30, NEVER), NEVER, 0.0);
+        return Item(vec4<f32>(0.0, 0.0, -1e30, 1e30), vec2<f32>(1e30, NEVER), NEVER, 0.0, -1e30);
     }
     let slack = SURE * (frame.delta_depth + U * (6.0 * abs(z) + 8.0 * radius));
     let error = SURE * (radius * (4.1 * frame.delta + 33.0 * U * radius) + 5.1 * frame.delta * frame.delta);
@@ -71,6 +73,7 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
         vec2<f32>(slack, select(NEVER, error, certain)),
         select(NEVER, max(radius * radius / (REACH * REACH), 2.2 * error), certain),
         select(0.0, slack + REACH * error / max(radius, 1.0), certain),
+        z - slack - 1.00001 * radius,
     );
 }
 
@@ -84,5 +87,5 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(vec4<f32>(item.shape.xyz, -1e30), item.bounds, item.safe, item.width);
+    return Item(vec4<f32>(item.shape.xyz, -1e30), item.bounds, item.safe, item.width, item.front);
 }

@@ -36,6 +36,8 @@ struct Item {
     // Above this square a hit is certain (the root is at least the radius over REACH), and its depth is good to 2 `width`.
     safe: f32,
     width: f32,
+    // Not more than the depth at which the sphere begins; not passed from lane to lane.
+    front: f32,
 }
 
 // A column of four pixels: offsets from the tile's middle, places on the screen, a and its inverse.
@@ -80,7 +82,7 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let distance = f32(along + frame.base) + frame.base_far;
     let radius = bitcast<f32>(record.w) * frame.scale;
     if radius > GREATEST_RADIUS {
-        return Item(vec4<f32>(0.0, 0.0, -1e30, 0.0), vec2<f32>(0.0, 1e30), vec2<f32>(1e30, NEVER), NEVER, 0.0);
+        return Item(vec4<f32>(0.0, 0.0, -1e30, 0.0), vec2<f32>(0.0, 1e30), vec2<f32>(1e30, NEVER), NEVER, 0.0, -1e30);
     }
     let k = frame.spread;
     let delta = frame.delta + 41.0 * U * max(frame.pitch_x, frame.pitch_y) * abs(distance);
@@ -93,6 +95,7 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
         vec2<f32>(slack, select(NEVER, error, certain)),
         select(NEVER, max(radius * radius / (REACH * REACH), 2.2 * error), certain),
         select(0.0, slack + REACH * error / max(radius, 1.0), certain),
+        z - slack - 1.00001 * radius,
     );
 }
 
@@ -108,5 +111,5 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(item.shape, vec2<f32>(0.0, -1e30), item.bounds, item.safe, item.width);
+    return Item(item.shape, vec2<f32>(0.0, -1e30), item.bounds, item.safe, item.width, item.front);
 }

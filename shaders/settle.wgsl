@@ -8,7 +8,7 @@ fn settle(tile: Tile, loosest: f32, column: u32, row: u32, low: f32, rest: f32, 
     let high = low + 2.02 * loosest;
     let none = low >= NEVER;
     if none || (rest > high && entry < AGAIN) {
-        finish(tile, row * 8u + column, State(select(i32(frame.first + entry), NONE, none), low, select(high, NEVER, none), rest));
+        finish(tile, row * 8u + column, State(select(i32(entry), NONE, none), low, select(high, NEVER, none), rest));
         return 0u;
     }
     return 1u << row;
@@ -47,7 +47,7 @@ fn entry_at(v: vec4<u32>, at: vec4<bool>) -> u32 {
 fn look_again(tile: Tile, eye: Eye, range: Range, column: u32, row: u32, low: f32, rest: f32, named: u32) {
     let entry = named & ~AGAIN;
     let pixels = pixels_of(eye, column, vec4<f32>(f32(row)));
-    let item = prepare(eye, records[entry]);
+    let item = prepare(eye, records[entry - frame.first]);
     let high = upper(range, item, chord(item, pixels));
-    finish(tile, row * 8u + column, State(i32(frame.first + entry), low, high, rest));
+    finish(tile, row * 8u + column, State(i32(entry), low, high, rest));
 }

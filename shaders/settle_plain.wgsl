@@ -1,7 +1,7 @@
 // From the running answer to the result of each of eight pixels, with the filter off: no bounds are asked for.
 
 fn settle(tile: Tile, column: u32, row: u32, low: f32, entry: u32) {
-    finish(tile, row * 8u + column, State(select(i32(frame.first + (entry & ~AGAIN)), NONE, low >= NEVER), low, low, NEVER));
+    finish(tile, row * 8u + column, State(select(i32(entry & ~AGAIN), NONE, low >= NEVER), low, low, NEVER));
 }
 
 fn settle_column(tile: Tile, eye: Eye, range: Range, loosest: f32, column: u32, top: Nearest, bottom: Nearest) {

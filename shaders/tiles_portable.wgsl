@@ -14,12 +14,23 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     var top = nothing();
     var bottom = nothing();
     var loosest = 0.0;
-    for (var i = 0u; i < tile.count; i += 1u) {
-        let entry = entries[tile.start + i];
-        let item = prepare(eye, records[entry]);
-        loosest = max(loosest, item.width);
-        top = visit(top, range, item, entry, high);
-        bottom = visit(bottom, range, item, entry, deep);
+    for (var i = 0u; i < tile.count; i += 8u) {
+        var front = -NEVER;
+        for (var k = i; k < min(i + 8u, tile.count); k += 1u) {
+            let entry = entries[tile.start + k];
+            let item = prepare(eye, records[entry - frame.first]);
+            loosest = max(loosest, item.width);
+            front = max(front, item.front);
+            top = visit(top, range, item, entry, high);
+            bottom = visit(bottom, range, item, entry, deep);
+        }
+        // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
+        front -= frame.disorder;
+        if front > farthest(top, bottom) + 2.02 * loosest {
+            top = cut_off(top, front);
+            bottom = cut_off(bottom, front);
+            break;
+        }
     }
     settle_column(tile, eye, range, loosest, column, top, bottom);
 }

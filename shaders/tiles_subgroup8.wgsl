@@ -29,7 +29,7 @@ fn main(
     for (var i = 0u; i < tile.count; i += 8u) {
         // Past the end the last entry is seen again, out of reach.
         let own = entries[tile.start + min(i + lane, tile.count - 1u)];
-        var item = prepare(eye, records[own]);
+        var item = prepare(eye, records[own - frame.first]);
         if i + lane >= tile.count {
             item = beyond(item);
         }
@@ -66,6 +66,13 @@ fn main(
         let entry7 = subgroupBroadcast(own, 7u);
         top = visit(top, range, item7, entry7, high);
         bottom = visit(bottom, range, item7, entry7, deep);
+        // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
+        let front = greatest(item.front) - frame.disorder;
+        if front > greatest(farthest(top, bottom)) + 2.02 * greatest(loosest) {
+            top = cut_off(top, front);
+            bottom = cut_off(bottom, front);
+            break;
+        }
     }
     loosest = greatest(loosest);
     settle_column(tile, eye, range, loosest, lane, top, bottom);

@@ -29,6 +29,12 @@ struct Frame {
     tiles: u32,
     // Workgroups in a row of the dispatch.
     row: u32,
+    // No entry of a list begins nearer, by more than this, than any before it; NEVER if nothing is promised. In steps.
+    disorder: f32,
+    // Up to a multiple of 16 bytes.
+    room_a: u32,
+    room_b: u32,
+    room_c: u32,
 }
 
 // One per tile and pass.
@@ -86,7 +92,7 @@ const GREATEST_RADIUS = 0x1p40;
 @group(0) @binding(0) var<uniform> frame: Frame;
 // Centre in fixed point (x, y, z), bits of the radius in fixed-point units as f32.
 @group(0) @binding(1) var<storage, read> records: array<vec4<i32>>;
-// Sphere indices inside the chunk.
+// Sphere indices in the scene; `frame.first` is that of record 0.
 @group(0) @binding(2) var<storage, read> entries: array<u32>;
 @group(0) @binding(3) var<storage, read> tiles: array<Tile>;
 // 64 per slot, row by row.

@@ -41,6 +41,10 @@ pub struct Frame {
     pub first: u32,
     pub tiles: u32,
     pub row: u32,
+    pub disorder: f32,
+    pub room_a: u32,
+    pub room_b: u32,
+    pub room_c: u32,
 }
 
 /// `Tile` of `shaders/types.wgsl`.
@@ -82,6 +86,8 @@ pub struct State {
 pub const FRESH: u32 = 1 << 31;
 /// `LAST` of `shaders/types.wgsl`.
 pub const LAST: u32 = 1 << 30;
+/// `NEVER` of `shaders/types.wgsl`.
+pub const NEVER: f32 = 1e36;
 /// `NONE` of `shaders/types.wgsl`.
 pub const NONE: i32 = -1;
 /// `UNDECIDED` of `shaders/types.wgsl`.
@@ -306,6 +312,11 @@ impl Eye {
         self.projection
     }
 
+    /// A world length as steps, rounded up; at most what the shaders take for never.
+    pub fn steps(&self, length: f64) -> f32 {
+        if length.is_finite() { up((length / self.step).min(1e30)) } else { NEVER }
+    }
+
     /// The kernel for a tile whose spheres lie at `nearest` (in world units) or beyond, were its numbers to fit.
     fn kernel(&self, nearest: f64) -> Class {
         let near = self.crossed[0] && !(nearest > self.near);
@@ -345,7 +356,7 @@ impl Eye {
     }
 }
 
-/// Tile lists of one chunk of spheres: of tile `t`, row by row, the entries `starts[t]..starts[t + 1]` are indices inside the chunk.
+/// Tile lists of some spheres: of tile `t`, row by row, the entries `starts[t]..starts[t + 1]` are indices in the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Lists<'a> {
     /// Tiles in a row.
@@ -354,73 +365,143 @@ pub struct Lists<'a> {
     pub rows: u32,
     /// One more than tiles.
     pub starts: &'a [u32],
-    /// Indices inside the chunk.
+    /// Indices in the scene, those of a tile roughly front to back.
     pub entries: &'a [u32],
     /// Of each tile, a lower bound of the depth of all spheres of its list, in world units; may be infinite.
     pub nearest: &'a [f64],
+    /// No entry of a tile begins nearer, by more than this, than any entry before it in the list; world units, may be infinite.
+    pub disorder: f64,
 }
 
 /// What one dispatch may hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
+    /// About how many entries the host's lists hold at a time.
+    pub wave: usize,
     /// Entries uploaded at a time.
     pub entries: usize,
     /// Tiles drawn at a time.
     pub tiles: usize,
     /// Entries of one tile in one pass. Mesa's software device drops loop iterations beyond 65,535 without a word.
     pub round: u32,
-    /// Workgroups in one dimension.
-    pub workgroups: u32,
 }
 
 /// Part of a tile's list in one pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
-    /// Place among the batch's slots.
-    pub slot: u32,
+    /// The tile.
+    pub tile: u32,
     /// First entry, inside the window.
     pub start: u32,
     /// Entries.
     pub count: u32,
     /// First segment of its tile.
     pub fresh: bool,
-    /// Last segment of its tile.
-    pub last: bool,
 }
 
 /// One dispatch.
 #[derive(Clone, Debug)]
 pub struct Pass {
-    /// Which chunk of spheres.
-    pub chunk: usize,
     /// Which kernel.
     pub clipped: bool,
-    /// Which entries of the chunk's lists must be on the device.
+    /// Which entries of the lists must be on the device.
     pub window: Range<usize>,
     /// Tiles.
     pub segments: Vec<Segment>,
 }
 
-/// Tiles that are drawn and read back together.
-#[derive(Clone, Debug, Default)]
-pub struct Batch {
-    /// The tile of each slot.
-    pub slots: Vec<u32>,
-    /// What is known of them.
-    pub places: Vec<Place>,
-    /// Dispatches, in order.
-    pub passes: Vec<Pass>,
-    /// Whether some tile has several segments.
-    pub merged: bool,
+/// What is known of the tiles of a band while its lists come in.
+#[derive(Clone, Debug)]
+pub struct Band {
+    /// Its pixels.
+    pub region: Region,
+    /// Tiles in a row.
+    pub columns: u32,
+    /// Of each tile, once it was met.
+    places: Vec<Option<Place>>,
+    /// Tiles whose every pixel the host decides.
+    pub host: Vec<u32>,
+    left_out: Vec<bool>,
 }
 
-/// What a frame runs.
-#[derive(Clone, Debug, Default)]
-pub struct Schedule {
-    /// In order of tiles.
-    pub batches: Vec<Batch>,
-    /// Tiles that the host decides whole.
-    pub host: Vec<u32>,
+impl Band {
+    /// Nothing is known.
+    pub fn new(region: Region) -> Self {
+        let (columns, rows) = (region.width.div_ceil(TILE), region.height.div_ceil(TILE));
+        let tiles = (columns * rows) as usize;
+        Self { region, columns, places: vec![None; tiles], host: Vec::new(), left_out: vec![false; tiles] }
+    }
+
+    /// Number of tiles.
+    pub fn tiles(&self) -> usize {
+        self.places.len()
+    }
+
+    /// What a tile adds to the view.
+    ///
+    /// # Panics
+    /// When no pass had the tile.
+    pub fn place(&self, tile: u32) -> &Place {
+        self.places[tile as usize].as_ref().expect("tiles of passes have a place")
+    }
+
+    /// Tiles that were met and are not the host's.
+    pub fn met(&self) -> Vec<u32> {
+        (0..self.places.len() as u32).filter(|&t| self.places[t as usize].is_some()).collect()
+    }
+
+    /// The dispatches that some lists need, and whether each tile has only one segment among them.
+    pub fn passes(&mut self, lists: &Lists<'_>, eye: &Eye, limits: Limits) -> (Vec<Pass>, bool) {
+        let used: Vec<u32> = (0..self.places.len() as u32)
+            .filter(|&t| lists.starts[t as usize] < lists.starts[t as usize + 1] && !self.left_out[t as usize])
+            .collect();
+        // Tiles of each kernel, and whether they were never met before.
+        let mut kernels = [Vec::new(), Vec::new()];
+        for tile in interleaved(&used) {
+            let nearest = lists.nearest[tile as usize];
+            let fresh = self.places[tile as usize].is_none();
+            let class = if fresh {
+                let (x, y) = (tile % self.columns * TILE, tile / self.columns * TILE);
+                let (class, place) = eye.place(self.region.x + x, self.region.y + y, nearest);
+                if class == Class::Host {
+                    self.left_out[tile as usize] = true;
+                    self.host.push(tile);
+                    continue;
+                }
+                self.places[tile as usize] = Some(place);
+                class
+            } else {
+                eye.kernel(nearest)
+            };
+            kernels[usize::from(class == Class::Clipped)].push((tile, fresh));
+        }
+        let mut passes = Vec::new();
+        let mut single = true;
+        for window in (0..lists.entries.len()).step_by(limits.entries) {
+            let window = window as u32..lists.entries.len().min(window + limits.entries) as u32;
+            for (clipped, tiles) in [false, true].into_iter().zip(&kernels) {
+                for round in 0.. {
+                    let mut segments = Vec::new();
+                    for &(tile, fresh) in tiles {
+                        let (first, last) = (lists.starts[tile as usize], lists.starts[tile as usize + 1]);
+                        let start = first.max(window.start).saturating_add(round * limits.round);
+                        let stop = last.min(window.end);
+                        if start < stop {
+                            let count = (stop - start).min(limits.round);
+                            single &= count == last - first;
+                            let fresh = fresh && start == first;
+                            segments.push(Segment { tile, start: start - window.start, count, fresh });
+                        }
+                    }
+                    if segments.is_empty() {
+                        break;
+                    }
+                    passes.push(Pass { clipped, window: window.start as usize..window.end as usize, segments });
+                }
+            }
+        }
+        (passes, single)
+    }
 }
 
 /// Neighbouring workgroups get distant tiles, in runs of one workgroup, so that devices that split a dispatch
@@ -437,104 +518,6 @@ fn interleaved(tiles: &[u32]) -> Vec<u32> {
 
 fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
-}
-
-/// Orders the work of a frame. All `lists` are of the same tiles; there is one for each chunk of spheres.
-pub fn schedule(lists: &[Lists<'_>], eye: &Eye, region: Region, limits: Limits) -> Schedule {
-    let mut schedule = Schedule::default();
-    let Some(first) = lists.first() else { return schedule };
-    let tiles = first.columns * first.rows;
-    let mut from = 0;
-    while from < tiles {
-        let to = tiles.min(from + limits.tiles as u32);
-        let batch = batch(lists, eye, region, limits, from..to, &mut schedule.host);
-        if !batch.slots.is_empty() {
-            schedule.batches.push(batch);
-        }
-        from = to;
-    }
-    schedule
-}
-
-/// The work of the tiles `range`.
-fn batch(
-    lists: &[Lists<'_>],
-    eye: &Eye,
-    region: Region,
-    limits: Limits,
-    range: Range<u32>,
-    host: &mut Vec<u32>,
-) -> Batch {
-    let columns = lists[0].columns;
-    let used: Vec<u32> =
-        range.clone().filter(|&t| lists.iter().any(|l| l.starts[t as usize] < l.starts[t as usize + 1])).collect();
-    let mut batch = Batch::default();
-    let mut classes = Vec::with_capacity(used.len());
-    for tile in interleaved(&used) {
-        let nearest = lists.iter().map(|l| l.nearest[tile as usize]).fold(f64::INFINITY, f64::min);
-        let (column, row) = (region.x + tile % columns * TILE, region.y + tile / columns * TILE);
-        let (class, place) = eye.place(column, row, nearest);
-        if class == Class::Host {
-            host.push(tile);
-        } else {
-            batch.slots.push(tile);
-            batch.places.push(place);
-            classes.push(class);
-        }
-    }
-    // Segments left of each slot, to know the last.
-    let mut left = vec![0u32; batch.slots.len()];
-    for pass in 0..2 {
-        for (chunk, lists) in lists.iter().enumerate() {
-            let (begin, end) = (lists.starts[range.start as usize], lists.starts[range.end as usize]);
-            for window in (begin..end).step_by(limits.entries) {
-                let window = window..end.min(window + limits.entries as u32);
-                for clipped in [false, true] {
-                    let mut round = 0;
-                    loop {
-                        let mut segments = Vec::new();
-                        for (slot, &tile) in batch.slots.iter().enumerate() {
-                            if (classes[slot] == Class::Clipped) != clipped {
-                                continue;
-                            }
-                            let start = lists.starts[tile as usize].max(window.start) + round * limits.round;
-                            let stop = lists.starts[tile as usize + 1].min(window.end);
-                            if start < stop {
-                                let count = (stop - start).min(limits.round);
-                                let slot = slot as u32;
-                                segments.push(Segment {
-                                    slot,
-                                    start: start - window.start,
-                                    count,
-                                    fresh: false,
-                                    last: false,
-                                });
-                            }
-                        }
-                        if segments.is_empty() {
-                            break;
-                        }
-                        round += 1;
-                        if pass == 0 {
-                            segments.iter().for_each(|s| left[s.slot as usize] += 1);
-                            continue;
-                        }
-                        for segment in &mut segments {
-                            let left = &mut left[segment.slot as usize];
-                            // The top bit says that the tile was met before.
-                            segment.fresh = *left & FRESH == 0;
-                            *left = (*left | FRESH) - 1;
-                            segment.last = *left == FRESH;
-                            batch.merged |= !(segment.fresh && segment.last);
-                        }
-                        let window = window.start as usize..window.end as usize;
-                        batch.passes.push(Pass { chunk, clipped, window, segments });
-                    }
-                }
-            }
-        }
-    }
-    batch
 }
 
 #[cfg(test)]

@@ -45,7 +45,12 @@ fn open(choice: &DeviceChoice) -> Device {
     let device = Device::open(choice).unwrap_or_else(|error| {
         panic!("{choice:?}: {error}\nThese tests need both devices; on Debian: apt-get install mesa-vulkan-drivers")
     });
-    assert_eq!(matches!(device, Device::Cpu(_)), *choice == DeviceChoice::Cpu, "{choice:?} gave {}", device.description());
+    assert_eq!(
+        matches!(device, Device::Cpu(_)),
+        *choice == DeviceChoice::Cpu,
+        "{choice:?} gave {}",
+        device.description()
+    );
     device
 }
 

@@ -44,7 +44,7 @@ macro_rules! layout {
 #[test]
 fn shared_structs_have_the_layout_of_rust() {
     let layouts = [
-        layout!(Frame: right, pitch_x, up, pitch_y, forward, delta, delta_depth, scale, base, base_far, spread, first, tiles, row),
+        layout!(Frame: right, pitch_x, up, pitch_y, forward, delta, delta_depth, scale, base, base_far, spread, first, tiles, row, disorder, room_a, room_b, room_c),
         layout!(Tile: start, count, x, y, z, slot),
         layout!(Fan: n, sx, m, sy),
         layout!(State: id, low, high, rest),
@@ -79,6 +79,7 @@ fn shared_constants_are_those_of_rust() {
     for line in [
         format!("const FRESH = {:#x}u;", plan::FRESH),
         format!("const LAST = {:#x}u;", plan::LAST),
+        format!("const NEVER = {:e};", plan::NEVER),
         format!("const NONE = {};", plan::NONE),
         format!("const UNDECIDED = {};", plan::UNDECIDED),
     ] {
