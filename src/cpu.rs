@@ -362,20 +362,21 @@ struct PaintTile<'a> {
 }
 
 /// The bounds of one sphere; see the file's head.
-struct Margins {
+#[derive(Clone, Copy)]
+pub(crate) struct Margins {
     /// `E`.
-    doubt: f64,
+    pub(crate) doubt: f64,
     /// `T`.
-    solid: f64,
+    pub(crate) solid: f64,
     /// `W`.
-    width: f64,
+    pub(crate) width: f64,
     /// A hit that is not solid begins no nearer than `b` less this.
-    rim: f64,
+    pub(crate) rim: f64,
 }
 
 impl Margins {
     #[inline(always)]
-    fn new<const PERSPECTIVE: bool>(s: &Projected, kappa: f64) -> Self {
+    pub(crate) fn new<const PERSPECTIVE: bool>(s: &Projected, kappa: f64) -> Self {
         let (position, square) = (s.bound(), s.r * s.r);
         let (delta, doubt, vague) = if PERSPECTIVE {
             let (delta, wide) = (kappa * position, kappa * kappa);
