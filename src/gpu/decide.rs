@@ -178,7 +178,7 @@ impl Candidate {
                 return;
             }
         }
-        let [low, high] = hit.interval();
+        let [low, high] = pixel.interval(&hit);
         (cell.low, cell.high, cell.holder) = (low, high, Some(self.index));
     }
 }
