@@ -13,3 +13,5 @@ pub mod project;
 pub mod render;
 pub mod scene;
 pub mod simd;
+#[cfg(feature = "window")]
+pub mod view;
