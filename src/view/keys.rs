@@ -6,16 +6,17 @@ use winit::{
 };
 
 /// Every key and every movement of the mouse, one a line.
-pub const KEYS: &str = "\
-  drag                 turn about the point under the cursor, or about the scene's centre
-  shift or middle drag move the point under the cursor
-  wheel                zoom towards the cursor
-  F                    frame the whole scene; clip planes are dropped
-  R                    reset to the scene's camera
-  O                    orthographic or perspective
-  S                    save a screenshot under a new name, and print its camera
-  H                    list the keys
-  Esc, Q               quit";
+pub const KEYS: &str = concat!(
+    "  drag                  turn about the point under the cursor, or about the scene's centre\n",
+    "  shift or middle drag  move the point under the cursor\n",
+    "  wheel                 zoom towards the cursor\n",
+    "  F                     frame the whole scene, without clip planes\n",
+    "  R                     reset to the scene's camera\n",
+    "  O                     orthographic or perspective\n",
+    "  S                     save a screenshot under a new name, and print its camera\n",
+    "  H                     list the keys\n",
+    "  Esc, Q                quit",
+);
 
 /// The same in a line, for the title bar.
 pub(super) const SHORT: &str = "drag: turn | shift or middle drag: move | wheel: zoom | F: frame all | R: reset | \

@@ -64,13 +64,19 @@ impl Display {
         panic::set_hook(hook);
         match opened {
             Ok(Ok(event_loop)) => Ok(Self(event_loop)),
-            Ok(Err(error)) => Err(ViewError::NoDisplay(format!("{} ({error})", tried()))),
+            Ok(Err(error)) => {
+                let words = error.to_string();
+                // A system's error begins with the place in winit's source where it came up.
+                let words =
+                    words.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*words, |w| w.1);
+                Err(ViewError::NoDisplay(format!("{} ({})", tried(), words.trim_end_matches('.'))))
+            }
             Err(payload) => {
                 let text = payload.downcast_ref::<String>().map(String::as_str);
                 let words = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
                 Err(ViewError::NoDisplay(format!(
                     "{}, but what talks to it is missing ({words})\n\
-                     fix: on Debian and Ubuntu, apt-get install libxkbcommon-x11-0 libxcursor1 libxi6 libx11-xcb1",
+                     fix: on Debian and Ubuntu, apt-get install libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0",
                     tried()
                 )))
             }
