@@ -122,9 +122,12 @@ impl Item for Index {
     }
 }
 
-/// Which spheres go into a tile's list.
+/// Which spheres go into a tile's list: those that begin in a range of depths, and pass a closer look.
 pub trait Keep: Sync {
-    /// Whether one that begins at depth `nearest` does.
+    /// The least and the greatest depth at which what is kept begins.
+    fn depths(&self, tile: usize) -> [f64; 2];
+
+    /// Whether a sphere that begins in the range is kept, given its pixels in the tile.
     fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool;
 }
 
@@ -133,9 +136,20 @@ pub struct KeepAll;
 
 impl Keep for KeepAll {
     #[inline(always)]
+    fn depths(&self, _: usize) -> [f64; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
+
+    #[inline(always)]
     fn keep(&self, _: usize, _: f64, _: Window) -> bool {
         true
     }
+}
+
+/// Whether a depth lies outside a range; NaN does not.
+#[inline(always)]
+fn outside(depth: f64, [least, greatest]: [f64; 2]) -> bool {
+    (depth < least) | (depth > greatest)
 }
 
 /// The lists of all tiles.
@@ -144,6 +158,12 @@ pub struct Lists<I> {
     pub starts: Vec<u32>,
     /// Spheres, tile by tile, slab by slab.
     pub entries: Vec<I>,
+}
+
+impl<I> Default for Lists<I> {
+    fn default() -> Self {
+        Self { starts: Vec::new(), entries: Vec::new() }
+    }
 }
 
 impl<I> Lists<I> {
@@ -199,52 +219,73 @@ impl<'a> Binner<'a> {
 
     /// Lists of what is kept of the spheres that are left; takes them out of `left`.
     ///
-    /// Ends early, with spheres left, when about `limit` entries have come together.
-    pub fn lists<I: Item, K: Keep>(&self, left: &mut [Range<usize>], keep: &K, limit: usize) -> Lists<I> {
+    /// Ends early, with spheres left, when about `limit` entries have come together. The memory of `workspace` is used again.
+    pub fn lists<'w, I: Item, K: Keep>(
+        &self,
+        left: &mut [Range<usize>],
+        keep: &K,
+        limit: usize,
+        workspace: &'w mut Workspace<I>,
+    ) -> &'w Lists<I> {
         let keys = self.grid.tiles() * self.grid.slabs as usize;
         let limit = (limit / left.len().max(1)).max(1);
-        let mut found: Vec<Found<I>> = left
-            .par_iter_mut()
-            .map(|left| {
-                let mut found = Found { items: Vec::new(), keys: Vec::new(), counts: vec![0u32; keys] };
-                let emit = |key: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
-                    found.counts[key] += 1;
-                    found.keys.push(key as u32);
-                    found.items.push(I::new(sphere, nearest, index, window));
-                    found.items.len()
-                };
-                left.start = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
-                found
-            })
-            .collect();
+        let Workspace { found, lists } = workspace;
+        found.resize_with(left.len(), Found::default);
+        left.par_iter_mut().zip(&mut *found).for_each(|(left, found)| {
+            found.items.clear();
+            found.keys.clear();
+            found.counts.clear();
+            found.counts.resize(keys, 0);
+            let emit = |key: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+                found.counts[key] += 1;
+                found.keys.push(key as u32);
+                found.items.push(I::new(sphere, nearest, index, window));
+                found.items.len()
+            };
+            left.start = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
+        });
         // Where each part's entries of each key go.
-        let mut starts = vec![0u32; keys + 1];
+        lists.starts.clear();
+        lists.starts.reserve(keys + 1);
         let mut total = 0u32;
         for key in 0..keys {
-            starts[key] = total;
-            for part in &mut found {
+            lists.starts.push(total);
+            for part in &mut *found {
                 let count = std::mem::replace(&mut part.counts[key], total);
                 total = total.checked_add(count).expect("a wave is shorter than 2^32 entries");
             }
         }
-        starts[keys] = total;
+        lists.starts.push(total);
         let limit = total as usize;
-        let mut entries: Vec<I> = Vec::with_capacity(limit);
-        let target = Target(entries.as_mut_ptr());
-        found.into_par_iter().for_each(|Found { items, keys, mut counts }| {
+        lists.entries.clear();
+        lists.entries.reserve(limit);
+        let target = Target(lists.entries.as_mut_ptr());
+        found.par_iter_mut().for_each(|Found { items, keys, counts }| {
             let target = &target;
-            for (item, key) in items.into_iter().zip(keys) {
-                let at = counts[key as usize];
-                counts[key as usize] += 1;
+            for (item, key) in items.iter().zip(&*keys) {
+                let at = counts[*key as usize];
+                counts[*key as usize] += 1;
                 assert!((at as usize) < limit, "more entries than were counted");
                 // SAFETY: `at` lies inside the allocation, and nothing else writes it: the scan gave this part and key a
                 // range of its own, as long as the number of its items.
-                unsafe { target.0.add(at as usize).write(item) };
+                unsafe { target.0.add(at as usize).write(*item) };
             }
         });
         // SAFETY: the ranges that the scan gave out cover 0..total, and each part filled its own.
-        unsafe { entries.set_len(limit) };
-        Lists { starts, entries }
+        unsafe { lists.entries.set_len(limit) };
+        lists
+    }
+}
+
+/// Memory for lists, kept from one to the next.
+pub struct Workspace<I> {
+    found: Vec<Found<I>>,
+    lists: Lists<I>,
+}
+
+impl<I> Default for Workspace<I> {
+    fn default() -> Self {
+        Self { found: Vec::new(), lists: Lists::default() }
     }
 }
 
@@ -255,6 +296,12 @@ struct Found<I> {
     keys: Vec<u32>,
     /// How many items a key has.
     counts: Vec<u32>,
+}
+
+impl<I> Default for Found<I> {
+    fn default() -> Self {
+        Self { items: Vec::new(), keys: Vec::new(), counts: Vec::new() }
+    }
 }
 
 /// Where entries are written by several threads.
@@ -290,8 +337,9 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
     type Output = usize;
 
     #[inline(always)]
-    fn run(mut self) -> usize {
-        let projector = &self.binner.projector;
+    fn run<L: simd::Lanes>(mut self) -> usize {
+        let Binner { projector, grid, .. } = self.binner;
+        let last_tile = grid.tiles() - 1;
         let mut batch = Batch::default();
         for (start, block) in self.binner.scene.blocks() {
             let end = (start + block.len()).min(self.spheres.end);
@@ -303,7 +351,14 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
                 let mut seen = 0u64;
                 for k in 0..BATCH {
                     let inside = (batch.left[k] <= batch.right[k]) & (batch.top[k] <= batch.bottom[k]);
-                    seen |= u64::from(inside) << k;
+                    let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
+                    let (top, bottom) = (batch.top[k] >> grid.shift, batch.bottom[k] >> grid.shift);
+                    // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
+                    // tile is made up, and the answer not used.
+                    let tile = ((top * grid.columns as i32 + left).max(0) as usize).min(last_tile);
+                    let one = (left == right) & (top == bottom);
+                    let kept = inside & !(one & outside(batch.nearest[k], self.keep.depths(tile)));
+                    seen |= u64::from(kept) << k;
                 }
                 seen &= u64::MAX >> (BATCH - len);
                 let mut found = 0;
@@ -333,7 +388,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> Visit<'_, K
         let last = (1 << grid.shift) - 1;
         let mut offer = |column: i32, row: i32, window: Window| {
             let tile = row as usize * grid.columns as usize + column as usize;
-            if self.keep.keep(tile, nearest, window) {
+            if !outside(nearest, self.keep.depths(tile)) && self.keep.keep(tile, nearest, window) {
                 let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
                 found = (self.emit)(key, batch.sphere(k), nearest, index, window);
             }
@@ -405,7 +460,8 @@ pub fn tile_lists(
 ) -> TileLists {
     let binner = Binner::new(scene, truth, region, shift);
     let grid = binner.grid;
-    let lists: Lists<Index> = binner.lists(spheres, &KeepAll, limit);
+    let mut workspace = Workspace::<Index>::default();
+    let lists = binner.lists(spheres, &KeepAll, limit, &mut workspace);
     let nearest = |tile| lists.tile(&grid, tile).iter().map(|e| f64::from(e.nearest)).fold(f64::INFINITY, f64::min);
     TileLists {
         columns: grid.columns,

@@ -25,13 +25,13 @@ use std::{ops::Range, sync::Mutex, time::Instant};
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Binner, Entry, Keep, Lists, Window, split},
+    bins::{Binner, Entry, Keep, Lists, Window, Workspace, split},
     camera::{Projection, Region, View},
-    exact::decide::{Ball, Pixel, Tally, Truth},
+    exact::decide::{Ball, Hit, Root, Tally, Truth},
     project::{FLOOR, Projected, U},
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
-    simd,
+    simd::{self, LANES, Lanes},
 };
 
 /// log2 of the side of a tile.
@@ -42,12 +42,10 @@ const SIDE: usize = 1 << SHIFT;
 const BLOCK: usize = 8;
 /// Blocks a side of a tile.
 const BLOCKS: usize = SIDE / BLOCK;
-/// Pixels tested together.
-const LANES: usize = 8;
-/// No sphere.
-const NONE: u64 = u64::MAX;
+/// No sphere, as an index among f64: the conversion to i32 gives -1.
+const NONE: f64 = -1.0;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
-const WAVE: usize = 4 << 20;
+const WAVE: usize = 1 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
 const BAND: usize = 4 << 20;
 
@@ -72,120 +70,128 @@ struct Tile {
     high: [f64; SIDE * SIDE],
     /// Lower bound of it.
     low: [f64; SIDE * SIDE],
-    /// The holder.
-    id: [u64; SIDE * SIDE],
+    /// Index of the holder, as an f64 so that it can be chosen along with the others.
+    id: [f64; SIDE * SIDE],
     /// Blocks whose depth may have become less.
     stale: u32,
 }
 
-impl Tile {
-    fn new(columns: usize, rows: usize) -> Self {
-        let mut tile = Self {
-            high: [f64::NEG_INFINITY; SIDE * SIDE],
-            low: [f64::NEG_INFINITY; SIDE * SIDE],
-            id: [NONE; SIDE * SIDE],
-            stale: u32::MAX,
-        };
-        for row in 0..rows.min(SIDE) {
-            let pixels = row * SIDE..row * SIDE + columns.min(SIDE);
-            tile.high[pixels.clone()].fill(f64::INFINITY);
-            tile.low[pixels].fill(f64::INFINITY);
-        }
-        tile
+impl Default for Tile {
+    fn default() -> Self {
+        let outside = [f64::NEG_INFINITY; SIDE * SIDE];
+        Self { high: outside, low: outside, id: [NONE; SIDE * SIDE], stale: 0 }
     }
 }
 
-/// Draws a region of a view of a scene on all cores.
-///
-/// # Errors
-/// When memory does not suffice.
-pub fn draw(scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
-    let truth = Truth::new(view, scene.bounds());
-    let mut ids = Vec::new();
-    ids.try_reserve_exact(region.pixels()).map_err(|_| {
-        DrawError::Memory(format!(
-            "{} bytes for the ids of {} pixels cannot be had",
-            4 * region.pixels(),
-            region.pixels()
-        ))
-    })?;
-    let mut drawing = Drawing {
-        region,
-        ids,
-        counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
-        times: Times::default(),
-    };
-    let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
-    let mut top = 0;
-    while top < region.height {
-        let height = (region.height - top).min(rows as u32);
-        let band = Region { y: region.y + top, height, ..region };
-        let start = drawing.ids.len();
-        // The memory was reserved; what a tile does not reach stays background.
-        drawing.ids.resize(start + band.pixels(), -1);
-        draw_band(scene, &truth, band, &mut drawing, start);
-        top += height;
+impl Tile {
+    /// Nothing is seen yet in the first columns and rows; beyond them there are no pixels.
+    fn clear(&mut self, columns: usize, rows: usize) {
+        *self = Self { stale: u32::MAX, ..Self::default() };
+        for row in 0..rows.min(SIDE) {
+            let pixels = row * SIDE..row * SIDE + columns.min(SIDE);
+            self.high[pixels.clone()].fill(f64::INFINITY);
+            self.low[pixels].fill(f64::INFINITY);
+        }
     }
-    Ok(drawing)
+}
+
+/// The native device: memory that is kept from one picture to the next.
+#[derive(Default)]
+pub struct Cpu {
+    lists: Workspace<Entry>,
+    tiles: Vec<Tile>,
+}
+
+impl Cpu {
+    /// Draws a region of a view of a scene on all cores.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        let truth = Truth::new(view, scene.bounds());
+        let mut ids = Vec::new();
+        ids.try_reserve_exact(region.pixels()).map_err(|_| {
+            let bytes = 4 * region.pixels();
+            DrawError::Memory(format!("{bytes} bytes for the ids of {} pixels cannot be had", region.pixels()))
+        })?;
+        let mut drawing = Drawing {
+            region,
+            ids,
+            counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
+            times: Times::default(),
+        };
+        let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
+        let mut top = 0;
+        while top < region.height {
+            let height = (region.height - top).min(rows as u32);
+            let band = Region { y: region.y + top, height, ..region };
+            let start = drawing.ids.len();
+            // The memory was reserved; what a tile does not reach stays background.
+            drawing.ids.resize(start + band.pixels(), -1);
+            self.draw_band(scene, &truth, band, &mut drawing, start);
+            top += height;
+        }
+        Ok(drawing)
+    }
+
+    /// One band: its spheres in as many waves as memory wants, front ones first where that saves work.
+    fn draw_band(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
+        let begun = Instant::now();
+        let binner = Binner::new(scene, truth, band, SHIFT);
+        let grid = binner.grid;
+        let tally = Mutex::new(Tally::default());
+        let painter = Painter { scene, truth, binner: &binner, tally: &tally };
+        let ids = &mut drawing.ids[start..];
+        let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
+        let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
+        let mut left = split(0..scene.len());
+        let in_front = Visible { front: &front, drawn: None };
+        let mut lists = binner.lists(&mut left, &in_front, WAVE, &mut self.lists);
+        drawing.times.prepare += milliseconds(begun);
+        if !behind && left.iter().all(Range::is_empty) {
+            let drawn = Instant::now();
+            drawing.counts.entries += lists.entries.len();
+            painter.paint_once(lists, ids);
+            drawing.times.render += milliseconds(drawn);
+        } else {
+            let drawn = Instant::now();
+            self.tiles.resize_with(grid.tiles(), Tile::default);
+            self.tiles.par_iter_mut().enumerate().for_each(|(tile, state)| {
+                let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
+                state.clear(band.width as usize - column * SIDE, band.height as usize - row * SIDE);
+            });
+            drawing.times.render += milliseconds(drawn);
+            let mut depths = vec![Depths::NONE; grid.tiles()];
+            let mut second = false;
+            loop {
+                let drawn = Instant::now();
+                drawing.counts.entries += lists.entries.len();
+                painter.paint(lists, &mut self.tiles, &mut depths);
+                drawing.times.render += milliseconds(drawn);
+                if left.iter().all(Range::is_empty) {
+                    if !std::mem::take(&mut behind) {
+                        break;
+                    }
+                    second = true;
+                    left = split(0..scene.len());
+                }
+                let prepared = Instant::now();
+                let visible = Visible { front: &front, drawn: second.then_some(&depths) };
+                lists = binner.lists(&mut left, &visible, WAVE, &mut self.lists);
+                drawing.times.prepare += milliseconds(prepared);
+            }
+            let drawn = Instant::now();
+            painter.gather(&self.tiles, ids);
+            drawing.times.render += milliseconds(drawn);
+        }
+        let tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        drawing.counts.undecided += tally.signs as usize;
+        drawing.counts.exact += tally.big as usize;
+    }
 }
 
 fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
-}
-
-/// One band: its spheres in as many waves as memory wants, front slabs first where that saves work.
-fn draw_band(scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
-    let begun = Instant::now();
-    let binner = Binner::new(scene, truth, band, SHIFT);
-    let grid = binner.grid;
-    let tally = Mutex::new(Tally::default());
-    let painter = Painter { scene, truth, binner: &binner, tally: &tally };
-    let ids = &mut drawing.ids[start..];
-    let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
-    let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
-    let mut left = split(0..scene.len());
-    let mut lists = binner.lists(&mut left, &Visible { front: &front, drawn: None }, WAVE);
-    drawing.times.prepare += milliseconds(begun);
-    let drawn = Instant::now();
-    if !behind && left.iter().all(Range::is_empty) {
-        drawing.counts.entries += lists.entries.len();
-        painter.paint_once(&lists, ids);
-        drawing.times.render += milliseconds(drawn);
-    } else {
-        let mut tiles: Vec<Tile> = (0..grid.tiles())
-            .into_par_iter()
-            .map(|tile| {
-                let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
-                Tile::new(band.width as usize - column * SIDE, band.height as usize - row * SIDE)
-            })
-            .collect();
-        let mut depths = vec![Depths::NONE; grid.tiles()];
-        let mut second = false;
-        loop {
-            let drawn = Instant::now();
-            drawing.counts.entries += lists.entries.len();
-            painter.paint(&lists, &mut tiles, &mut depths);
-            drawing.times.render += milliseconds(drawn);
-            // The lists' memory is given back before the next are made.
-            drop(lists);
-            if left.iter().all(Range::is_empty) {
-                if !std::mem::take(&mut behind) {
-                    break;
-                }
-                second = true;
-                left = split(0..scene.len());
-            }
-            let prepared = Instant::now();
-            lists = binner.lists(&mut left, &Visible { front: &front, drawn: second.then_some(&depths) }, WAVE);
-            drawing.times.prepare += milliseconds(prepared);
-        }
-        let drawn = Instant::now();
-        painter.gather(&tiles, ids);
-        drawing.times.render += milliseconds(drawn);
-    }
-    let tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    drawing.counts.undecided += tally.signs as usize;
-    drawing.counts.exact += tally.ties as usize;
 }
 
 /// From this many spheres on, it is found out first how deep they lie.
@@ -221,13 +227,17 @@ struct Visible<'a> {
 
 impl Keep for Visible<'_> {
     #[inline(always)]
-    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
-        // What is NaN goes in front.
-        let behind = nearest >= self.front[tile];
+    fn depths(&self, tile: usize) -> [f64; 2] {
         match self.drawn {
-            None => !behind,
-            Some(drawn) => behind && nearest <= drawn[tile].farthest && !hidden(&drawn[tile], nearest, window),
+            None => [f64::NEG_INFINITY, self.front[tile]],
+            // What begins at the very depth comes twice, which does no harm.
+            Some(drawn) => [self.front[tile], drawn[tile].farthest],
         }
+    }
+
+    #[inline(always)]
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
+        self.drawn.is_none_or(|drawn| !hidden(&drawn[tile], nearest, window))
     }
 }
 
@@ -269,7 +279,8 @@ impl Painter<'_> {
             }
             let region = self.binner.projector.region;
             let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
-            let mut state = Tile::new(region.width as usize - column * SIDE, region.height as usize - row * SIDE);
+            let mut state = Tile::default();
+            state.clear(region.width as usize - column * SIDE, region.height as usize - row * SIDE);
             self.paint_tile(lists, tile, &mut state, &mut Depths::NONE.clone());
             self.write(tile, &state, &canvas);
         });
@@ -302,7 +313,6 @@ impl Painter<'_> {
             // SAFETY: inside the ids, checked above; these pixels belong to this tile alone, and the ids outlive the threads.
             let to = unsafe { std::slice::from_raw_parts_mut(canvas.0.add(start), across) };
             for (to, &id) in to.iter_mut().zip(&state.id[row * SIDE..]) {
-                // NONE becomes -1.
                 *to = id as i32;
             }
         }
@@ -326,8 +336,8 @@ impl simd::Work for Ortho<'_> {
     type Output = Tally;
 
     #[inline(always)]
-    fn run(self) -> Tally {
-        self.0.run::<false>()
+    fn run<L: Lanes>(self) -> Tally {
+        self.0.run::<L, false>()
     }
 }
 
@@ -337,8 +347,8 @@ impl simd::Work for Persp<'_> {
     type Output = Tally;
 
     #[inline(always)]
-    fn run(self) -> Tally {
-        self.0.run::<true>()
+    fn run<L: Lanes>(self) -> Tally {
+        self.0.run::<L, true>()
     }
 }
 
@@ -352,20 +362,21 @@ struct PaintTile<'a> {
 }
 
 /// The bounds of one sphere; see the file's head.
-struct Margins {
+#[derive(Clone, Copy)]
+pub(crate) struct Margins {
     /// `E`.
-    doubt: f64,
+    pub(crate) doubt: f64,
     /// `T`.
-    solid: f64,
+    pub(crate) solid: f64,
     /// `W`.
-    width: f64,
+    pub(crate) width: f64,
     /// A hit that is not solid begins no nearer than `b` less this.
-    rim: f64,
+    pub(crate) rim: f64,
 }
 
 impl Margins {
     #[inline(always)]
-    fn new<const PERSPECTIVE: bool>(s: &Projected, kappa: f64) -> Self {
+    pub(crate) fn new<const PERSPECTIVE: bool>(s: &Projected, kappa: f64) -> Self {
         let (position, square) = (s.bound(), s.r * s.r);
         let (delta, doubt, vague) = if PERSPECTIVE {
             let (delta, wide) = (kappa * position, kappa * kappa);
@@ -390,7 +401,7 @@ impl Margins {
 
 impl PaintTile<'_> {
     #[inline(always)]
-    fn run<const PERSPECTIVE: bool>(mut self) -> Tally {
+    fn run<L: Lanes, const PERSPECTIVE: bool>(mut self) -> Tally {
         let grid = self.painter.binner.grid;
         let (x, y) = (self.tile % grid.columns as usize * SIDE, self.tile / grid.columns as usize * SIDE);
         let projector = &self.painter.binner.projector;
@@ -410,16 +421,13 @@ impl PaintTile<'_> {
                     if hidden(self.depths, entry.sphere.nearest(), entry.window) {
                         continue;
                     }
-                    let s = &entry.sphere;
-                    let bound = s.bound();
-                    // The planes may cut it: then every pixel is looked at by itself.
-                    if s.z - s.r - bound <= projector.near || s.z + s.r + bound >= projector.far {
+                    if projector.cuts(&entry.sphere) {
                         self.clipped::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
                     } else {
-                        self.whole::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
+                        self.whole::<L, PERSPECTIVE>(entry, &columns, &rows, [x, y]);
                     }
                 }
-                self.freshen::<PERSPECTIVE>(&columns, &rows);
+                self.freshen::<L, PERSPECTIVE>(&columns, &rows);
             }
         }
         self.tally
@@ -427,7 +435,7 @@ impl PaintTile<'_> {
 
     /// Brings the farthest depth of the blocks up to date.
     #[inline(always)]
-    fn freshen<const PERSPECTIVE: bool>(&mut self, columns: &[f64; SIDE], rows: &[f64; SIDE]) {
+    fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, columns: &[f64; SIDE], rows: &[f64; SIDE]) {
         if self.state.stale == 0 {
             return;
         }
@@ -438,20 +446,23 @@ impl PaintTile<'_> {
                 continue;
             }
             let (x, y) = (block % BLOCKS * BLOCK, block / BLOCKS * BLOCK);
-            let mut farthest = [f64::NEG_INFINITY; BLOCK];
+            let sx = L::load(&columns[x..]);
+            let mut farthest = L::splat(f64::NEG_INFINITY);
             for row in y..y + BLOCK {
-                for k in 0..BLOCK {
-                    let mut depth = self.state.high[row * SIDE + x + k];
-                    if PERSPECTIVE {
-                        // From t a back to t; two roundings up.
-                        depth /= 1.0 + columns[x + k] * columns[x + k] + rows[row] * rows[row];
-                        depth += depth.abs() * (16.0 * U);
-                    }
-                    // A pixel outside the region is NaN or negative infinite here and hides nothing.
-                    farthest[k] = if depth > farthest[k] { depth } else { farthest[k] };
-                }
+                let high = L::load(&self.state.high[row * SIDE + x..]);
+                let depth = if PERSPECTIVE {
+                    // From t a back to t; a few roundings, made up for on the side of safety.
+                    let sy = rows[row];
+                    let a = sx.mul(sx).add(L::splat(1.0 + sy * sy));
+                    let depth = high.div(a);
+                    depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(16.0 * U)))
+                } else {
+                    high
+                };
+                // A pixel outside the region is NaN or negative infinite here and hides nothing.
+                farthest = depth.max(farthest);
             }
-            let farthest = farthest.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let farthest = farthest.greatest();
             // Screens so wide that |dir|^2 overflows have no depths to go by.
             let usable = self.painter.binner.projector.kappa < 1e70;
             self.depths.blocks[block] = if usable { farthest } else { f64::INFINITY };
@@ -466,7 +477,7 @@ impl PaintTile<'_> {
 
     /// A sphere that no plane can cut: the near root, in vector form.
     #[inline(always)]
-    fn whole<const PERSPECTIVE: bool>(
+    fn whole<L: Lanes, const PERSPECTIVE: bool>(
         &mut self,
         entry: &Entry,
         columns: &[f64; SIDE],
@@ -477,9 +488,12 @@ impl PaintTile<'_> {
         let kappa = self.painter.binner.projector.kappa;
         let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, kappa);
         let square = s.r * s.r;
-        let front = s.nearest();
-        let id = u64::from(entry.index);
+        let front = L::splat(s.nearest());
+        let id = f64::from(entry.index);
+        // A holder that turned out to be the same sphere.
+        let mut twin = f64::NAN;
         let [left, right, top, bottom] = entry.window.map(usize::from);
+        let zero = L::splat(0.0);
         for row in top..=bottom {
             // Per row: the part of q that does not change along it.
             let sy = rows[row];
@@ -487,54 +501,58 @@ impl PaintTile<'_> {
             let (fixed, over) = if PERSPECTIVE { (m * m, 1.0 + sy * sy) } else { (square - m * m, 0.0) };
             for first in (left / LANES * LANES..=right).step_by(LANES) {
                 let at = row * SIDE + first;
-                let high: &mut [f64; LANES] = (&mut self.state.high[at..at + LANES]).try_into().expect("LANES long");
-                let low: &mut [f64; LANES] = (&mut self.state.low[at..at + LANES]).try_into().expect("LANES long");
-                let ids: &mut [u64; LANES] = (&mut self.state.id[at..at + LANES]).try_into().expect("LANES long");
-                let (mut undecided, mut changed) = ([0u64; LANES], 0u64);
-                let (mut qs, mut bs, mut possible) = ([0.0; LANES], [0.0; LANES], 0u64);
-                for k in 0..LANES {
-                    let sx = columns[first + k];
-                    let (q, b) = if PERSPECTIVE {
-                        let n = s.z * sx - s.x;
-                        let cross = n * sy + m * sx;
-                        let q = (over + sx * sx) * square - (fixed + n * n + cross * cross);
-                        (q, s.x * sx + along)
-                    } else {
-                        let dx = sx - s.x;
-                        (fixed - dx * dx, along)
-                    };
-                    // The nearest that parallel rays can meet; a square root would tell more, at a price.
-                    let behind = !PERSPECTIVE & (front > high[k]);
-                    possible |= u64::from(!((q < -doubt) | behind));
-                    (qs[k], bs[k]) = (q, b);
-                }
-                if possible == 0 {
+                let sx = L::load(&columns[first..]);
+                let high = L::load(&self.state.high[at..]);
+                let (q, b) = if PERSPECTIVE {
+                    let n = L::splat(s.z).mul(sx).sub(L::splat(s.x));
+                    let cross = n.mul(L::splat(sy)).add(L::splat(m).mul(sx));
+                    let apart = L::splat(fixed).add(n.mul(n)).add(cross.mul(cross));
+                    let q = L::splat(over).add(sx.mul(sx)).mul(L::splat(square)).sub(apart);
+                    (q, L::splat(s.x).mul(sx).add(L::splat(along)))
+                } else {
+                    let dx = sx.sub(L::splat(s.x));
+                    (L::splat(fixed).sub(dx.mul(dx)), L::splat(along))
+                };
+                // The nearest that parallel rays can meet; a square root would tell more, at a price.
+                let behind = if PERSPECTIVE { 0 } else { high.less(front) };
+                let miss = q.less(L::splat(-doubt)) | behind;
+                if miss == u8::MAX {
                     continue;
                 }
-                for k in 0..LANES {
-                    let (q, b) = (qs[k], bs[k]);
-                    let root = if q > 0.0 { q } else { 0.0 }.sqrt();
-                    let sure = q >= solid;
-                    let depth = b - root;
-                    let least = if sure { depth - width } else { b - rim };
-                    let most = depth + width;
-                    let win = sure & (most < low[k]);
-                    let lose = (q < -doubt) | (least > high[k]);
-                    undecided[k] = u64::from(!(win | lose));
-                    changed |= u64::from(win);
-                    high[k] = if win { most } else { high[k] };
-                    low[k] = if win { least } else { low[k] };
-                    ids[k] = if win { id } else { ids[k] };
-                }
-                if changed != 0 {
+                let root = q.max(zero).sqrt();
+                // What is NaN is in doubt.
+                let sure = L::splat(solid).less(q);
+                let depth = b.sub(root);
+                let least = L::select(sure, depth.sub(L::splat(width)), b.sub(L::splat(rim)));
+                let most = depth.add(L::splat(width));
+                let low = L::load(&self.state.low[at..]);
+                let win = sure & most.less(low);
+                let lose = miss | high.less(least);
+                if win != 0 {
+                    L::select(win, most, high).store(&mut self.state.high[at..]);
+                    L::select(win, least, low).store(&mut self.state.low[at..]);
+                    let ids = L::load(&self.state.id[at..]);
+                    L::select(win, L::splat(id), ids).store(&mut self.state.id[at..]);
                     self.touch(row, first);
                 }
-                if undecided.iter().fold(0, |any, &u| any | u) != 0 {
-                    for (k, &undecided) in undecided.iter().enumerate() {
-                        if undecided != 0 {
-                            self.settle(entry.index, row * SIDE + first + k, corner);
-                        }
+                let mut undecided = !(win | lose);
+                if undecided == 0 {
+                    continue;
+                }
+                let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
+                least.store(&mut leasts);
+                most.store(&mut mosts);
+                while undecided != 0 {
+                    let k = undecided.trailing_zeros() as usize;
+                    undecided &= undecided - 1;
+                    let at = at + k;
+                    if self.state.id[at] == twin {
+                        // Known to be the same sphere, under another index.
+                        self.state.id[at] = twin.min(id);
+                        continue;
                     }
+                    let depth = (sure >> k & 1 == 1).then_some([leasts[k], mosts[k]]);
+                    twin = self.settle::<PERSPECTIVE>(entry, at, corner, depth).unwrap_or(twin);
                 }
             }
         }
@@ -598,46 +616,63 @@ impl PaintTile<'_> {
                     Some(depth) if depth + width < self.state.low[at] => {
                         self.state.high[at] = depth + width;
                         self.state.low[at] = depth - width;
-                        self.state.id[at] = u64::from(entry.index);
+                        self.state.id[at] = f64::from(entry.index);
                         self.touch(row, column);
                     }
-                    _ => self.settle(entry.index, at, corner),
+                    _ => {
+                        self.settle::<PERSPECTIVE>(entry, at, corner, None);
+                    }
                 }
             }
         }
     }
 
-    /// Decides exactly between a sphere and the holder of a pixel.
+    /// Decides exactly between a sphere and the holder of a pixel. Answers with the holder if it is the same sphere.
+    ///
+    /// `depth` bounds the depth of a sphere that no plane cuts and that is hit for certain.
     #[cold]
     #[inline(never)]
-    fn settle(&mut self, index: u32, at: usize, [x, y]: [usize; 2]) {
-        let region = self.painter.binner.projector.region;
+    fn settle<const PERSPECTIVE: bool>(
+        &mut self,
+        entry: &Entry,
+        at: usize,
+        [x, y]: [usize; 2],
+        depth: Option<[f64; 2]>,
+    ) -> Option<f64> {
+        let Painter { scene, truth, binner, .. } = *self.painter;
+        let region = binner.projector.region;
         let (column, row) = ((x + at % SIDE) as u32, (y + at / SIDE) as u32);
         if column >= region.width || row >= region.height {
-            return;
+            return None;
         }
-        let scene = self.painter.scene;
-        let ball = Ball::from(scene.sphere(index as usize));
+        let index = f64::from(entry.index);
+        let ball = Ball::from(scene.sphere(entry.index as usize));
         let holder = self.state.id[at];
         let held = (holder != NONE).then(|| Ball::from(scene.sphere(holder as usize)));
         if held == Some(ball) {
-            self.state.id[at] = holder.min(u64::from(index));
-            return;
+            self.state.id[at] = holder.min(index);
+            return Some(holder);
         }
-        let pixel: Pixel = self.painter.truth.pixel(region.x + column, region.y + row);
-        let Some(hit) = pixel.hit(ball, &mut self.tally) else { return };
+        let pixel = truth.pixel(region.x + column, region.y + row);
+        let hit = match depth {
+            Some(_) => Hit::known(ball, Root::Near),
+            None => pixel.hit(ball, &mut self.tally)?,
+        };
         if let Some(held) = held {
-            // The holder was seen when it became the holder.
-            let held = pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there");
+            // The holder was seen when it became the holder; which wall is plain where no plane cuts it.
+            let whole = !binner.projector.cuts(&binner.projector.project(held.center, held.radius));
+            let held = match whole {
+                true => Hit::known(held, Root::Near),
+                false => pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there"),
+            };
             let order = pixel.order(&hit, &held, &mut self.tally);
-            if order.then(u64::from(index).cmp(&holder)).is_gt() {
-                return;
+            if order.then(index.total_cmp(&holder)).is_gt() {
+                return None;
             }
         }
-        let [low, high] = hit.interval();
-        self.state.low[at] = low;
-        self.state.high[at] = high;
-        self.state.id[at] = u64::from(index);
+        [self.state.low[at], self.state.high[at]] = depth.unwrap_or_else(|| pixel.interval(&hit));
+        self.state.id[at] = index;
         self.touch(at / SIDE, at % SIDE);
+        None
     }
 }

@@ -6,12 +6,15 @@ pub mod cpu;
 pub mod exact;
 pub mod fov;
 pub mod frame;
+pub mod gpu;
 pub mod load;
 pub mod make;
 pub mod output;
+pub mod plan;
 pub mod project;
 pub mod render;
 pub mod scene;
+pub mod shader;
 pub mod simd;
 #[cfg(feature = "window")]
 pub mod view;

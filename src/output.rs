@@ -86,25 +86,12 @@ impl Target {
         self.check()?;
         let body = match &self {
             Self::Stdout => {
-                let mut out = io::BufWriter::with_capacity(1 << 16, io::stdout().lock());
-                match write(&mut out).and_then(|()| out.flush()) {
-                    Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
-                        // What is still buffered has no reader either.
-                        let _ = out.into_parts();
-                    }
-                    result => result.map_err(|error| self.io(error))?,
-                }
+                through(io::stdout().lock(), write).map_err(|error| self.io(error))?;
                 Body::Done
             }
             Self::File(path) if is_special(path) => {
                 let file = fs::OpenOptions::new().write(true).open(path).map_err(|error| self.io(error))?;
-                let mut out = io::BufWriter::with_capacity(1 << 16, file);
-                match write(&mut out).and_then(|()| out.flush()) {
-                    Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
-                        let _ = out.into_parts();
-                    }
-                    result => result.map_err(|error| self.io(error))?,
-                }
+                through(file, write).map_err(|error| self.io(error))?;
                 Body::Done
             }
             Self::File(path) => {
@@ -114,6 +101,42 @@ impl Target {
             }
         };
         Ok(Staged { target: self, body })
+    }
+}
+
+/// Writes at once. A reader that has gone had enough: that is no error.
+fn through(out: impl Write, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut out = io::BufWriter::with_capacity(1 << 16, Pipe { out, closed: false });
+    let result = write(&mut out).and_then(|()| out.flush());
+    // What is still buffered has no reader either: it is dropped, not written.
+    let (pipe, _) = out.into_parts();
+    if pipe.closed { Ok(()) } else { result }
+}
+
+/// Remembers that its reader has gone: encoders on top of it may give the error another kind.
+struct Pipe<W> {
+    out: W,
+    closed: bool,
+}
+
+impl<W: Write> Pipe<W> {
+    fn watch<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        if let Err(error) = &result {
+            self.closed |= error.kind() == io::ErrorKind::BrokenPipe;
+        }
+        result
+    }
+}
+
+impl<W: Write> Write for Pipe<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let result = self.out.write(bytes);
+        self.watch(result)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let result = self.out.flush();
+        self.watch(result)
     }
 }
 

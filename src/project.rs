@@ -189,6 +189,13 @@ impl Projector {
         }
     }
 
+    /// Whether a clip plane may cut a sphere; if not, and it is in the clip range, its near root is what is seen.
+    #[inline(always)]
+    pub fn cuts(&self, s: &Projected) -> bool {
+        let bound = s.bound();
+        !((s.z - s.r - bound > self.near) & (s.z + s.r + bound < self.far))
+    }
+
     /// One sphere.
     #[inline(always)]
     pub fn project(&self, center: DVec3, radius: f64) -> Projected {
@@ -221,10 +228,19 @@ impl Projector {
 
     #[inline(always)]
     fn centers<T: Copy + Into<f64>>(&self, centers: &[T], batch: &mut Batch) {
-        for (k, c) in centers.chunks_exact(3).take(BATCH).enumerate() {
-            batch.x[k] = c[0].into();
-            batch.y[k] = c[1].into();
-            batch.z[k] = c[2].into();
+        if let Ok(centers) = <&[T; 3 * BATCH]>::try_from(centers) {
+            // A length that is known lets the compiler shuffle whole vectors.
+            for k in 0..BATCH {
+                batch.x[k] = centers[3 * k].into();
+                batch.y[k] = centers[3 * k + 1].into();
+                batch.z[k] = centers[3 * k + 2].into();
+            }
+        } else {
+            for (k, c) in centers.chunks_exact(3).take(BATCH).enumerate() {
+                batch.x[k] = c[0].into();
+                batch.y[k] = c[1].into();
+                batch.z[k] = c[2].into();
+            }
         }
         let Batch { x, y, z, .. } = batch;
         for k in 0..BATCH {

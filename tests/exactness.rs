@@ -2,6 +2,7 @@
 //! the contract (moved, scaled, mirrored, permuted, in parts) are the same, byte for byte. There is no tolerance.
 //!
 //! `PLANISPHERE_CASE=planet cargo test --release --test exactness` keeps to the scenes whose name contains the word.
+//! `PLANISPHERE_SEEDS=1000..50000` chooses the seeds of the fuzz test.
 
 mod corpus;
 mod judge;
@@ -16,9 +17,11 @@ use glam::{DVec3, IVec3};
 use judge::Judge;
 use planisphere::{
     camera::{Camera, Projection, Region, ScreenSize, View},
+    frame::depth_plane,
     render::{Device, DeviceChoice},
     scene::{Scene, Sphere},
 };
+use rayon::prelude::*;
 
 /// The corpus with the judge's answers, worked out once.
 static TRUTH: LazyLock<Vec<(Case, Vec<i32>)>> = LazyLock::new(|| {
@@ -42,7 +45,12 @@ fn open(choice: &DeviceChoice) -> Device {
     let device = Device::open(choice).unwrap_or_else(|error| {
         panic!("{choice:?}: {error}\nThese tests need both devices; on Debian: apt-get install mesa-vulkan-drivers")
     });
-    assert_eq!(matches!(device, Device::Cpu), *choice == DeviceChoice::Cpu, "{choice:?} gave {}", device.description());
+    assert_eq!(
+        matches!(device, Device::Cpu(_)),
+        *choice == DeviceChoice::Cpu,
+        "{choice:?} gave {}",
+        device.description()
+    );
     device
 }
 
@@ -129,6 +137,53 @@ fn over_corpus(choice: &DeviceChoice, step: usize, mut check: impl FnMut(&mut De
         check(&mut device, &mut report, case, ids);
     }
     report.finish();
+}
+
+/// What the docs of `depth_plane` promise, in units in the last place of the depth.
+const DEPTH_BOUND: f64 = 0.51;
+
+/// Whether the depth that is said to be sphere `id`'s is within the bound of the exact one.
+fn depth_is_good(judge: &Judge, column: u32, row: u32, id: i32, depth: f32) -> bool {
+    if id < 0 {
+        return depth == f32::INFINITY;
+    }
+    let largest = f64::from(f32::MAX);
+    if depth == f32::INFINITY {
+        // Beyond f32: at least half a unit over the largest.
+        return judge.depth_within(column, row, id, largest * (1.0 + 2f64.powi(-25)), f64::INFINITY);
+    }
+    // No distance is negative.
+    if !(depth >= 0.0 && depth.is_sign_positive()) {
+        return false;
+    }
+    // The spacing above the depth; just below a power of two it is half as much.
+    let unit = if depth < f32::MAX {
+        f64::from(depth.next_up()) - f64::from(depth)
+    } else {
+        largest - f64::from(f32::MAX.next_down())
+    };
+    let (low, high) = (f64::from(depth) - DEPTH_BOUND * unit, f64::from(depth) + DEPTH_BOUND * unit);
+    judge.depth_within(column, row, id, low, high)
+}
+
+#[test]
+fn depths_are_within_half_a_unit() {
+    let faults: Vec<String> = TRUTH
+        .par_iter()
+        .filter_map(|(case, ids)| {
+            let region = Region::whole(case.view.image);
+            let judge = Judge::new(&case.scene, &case.view);
+            let depths = depth_plane(&case.scene, &case.view, region, ids);
+            let place = |k: usize| (k as u32 % region.width, k as u32 / region.width);
+            let wrong: Vec<usize> =
+                (0..ids.len()).filter(|&k| !depth_is_good(&judge, place(k).0, place(k).1, ids[k], depths[k])).collect();
+            let &k = wrong.first()?;
+            let (column, row) = place(k);
+            let (name, count, id, depth) = (&case.name, wrong.len(), ids[k], depths[k]);
+            Some(format!("{name}: {count} wrong; column {column}, row {row}, sphere {id}: {depth:e}"))
+        })
+        .collect();
+    assert!(faults.is_empty(), "depths too far from the exact ones:\n{}", faults.join("\n"));
 }
 
 // ---- Relations: changes of a scene that leave its picture as it is, or change it in a known way ----
@@ -281,6 +336,25 @@ on_both! {
             let got = draw(device, &case.scene, &case.view, region, &case.name);
             report.compare(&case.name, region, ids, &got);
         });
+    }
+
+    fuzzed_scenes_are_the_judges(choice) {
+        let seeds = std::env::var("PLANISPHERE_SEEDS").unwrap_or_else(|_| "0..1500".into());
+        let (first, end) = seeds
+            .split_once("..")
+            .and_then(|(a, b)| Some((a.parse::<u64>().ok()?, b.parse::<u64>().ok()?)))
+            .unwrap_or_else(|| panic!("PLANISPHERE_SEEDS is {seeds:?}; give a range such as 1000..2000"));
+        let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut device = open(choice);
+        let mut report = Report::new(&device);
+        for seed in first..end {
+            let case = corpus::fuzz::fuzz(seed);
+            let region = Region::whole(case.view.image);
+            let want = Judge::new(&case.scene, &case.view).ids(region);
+            let got = draw(&mut device, &case.scene, &case.view, region, &case.name);
+            report.compare(&case.name, region, &want, &got);
+        }
+        report.finish();
     }
 
     a_region_is_a_part_of_the_whole(choice) {

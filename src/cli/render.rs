@@ -48,8 +48,13 @@ struct Milliseconds {
     total: f64,
 }
 
+/// To the microsecond: more digits would only look precise.
 fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
+    rounded(since.elapsed().as_secs_f64() * 1e3)
+}
+
+fn rounded(milliseconds: f64) -> f64 {
+    (milliseconds * 1e3).round() / 1e3
 }
 
 /// Does what was asked; `start` is when the program began.
@@ -78,8 +83,8 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let progress = Progress::step("drawing");
     let Drawing { ids, counts, times: drawn, .. } = device.draw(&loaded.scene, &view, region)?;
     drop(progress);
-    (times.prepare, times.render) = (drawn.prepare, drawn.render);
-    (times.read_back, times.decide) = (drawn.read_back, drawn.decide);
+    (times.prepare, times.render) = (rounded(drawn.prepare), rounded(drawn.render));
+    (times.read_back, times.decide) = (rounded(drawn.read_back), rounded(drawn.decide));
 
     let shape = [region.height as usize, region.width as usize];
     let depth = request.depth.as_ref().map(|target| {
@@ -129,7 +134,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
 /// Which device `auto` has taken, and why.
 pub(super) fn auto_words(device: &Device) -> String {
     let why = match device {
-        Device::Cpu => "no hardware GPU was found",
+        Device::Cpu(_) => "no hardware GPU was found",
         #[allow(unreachable_patterns, reason = "which devices there are depends on how the crate is built")]
         _ => "a hardware GPU was found",
     };

@@ -73,7 +73,7 @@ pub fn write_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint
     writer.finish().map_err(into_io)
 }
 
-/// Keeps the kind of the writer's own errors, such as a broken pipe.
+/// The writer's own errors as they are.
 fn into_io(error: EncodingError) -> io::Error {
     match error {
         EncodingError::IoError(error) => error,

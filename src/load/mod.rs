@@ -16,6 +16,7 @@ use crate::{
     scene::Scene,
 };
 
+mod batches;
 mod document;
 mod npy;
 mod report;

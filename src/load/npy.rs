@@ -45,9 +45,12 @@ impl Kind {
 /// Why a file is not an array that can be used. [`NpyError::fix`] says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum NpyError {
+    /// It is not there.
+    #[error("no such file")]
+    Missing,
     /// It cannot be opened or mapped.
     #[error("cannot be read: {0}")]
-    Io(#[from] io::Error),
+    Io(io::Error),
     /// It is a folder or a device.
     #[error("is not a regular file")]
     NotAFile,
@@ -84,7 +87,7 @@ impl NpyError {
     /// What to do about it, in Python's words where that is where such files come from.
     pub fn fix(&self) -> &'static str {
         match self {
-            Self::Io(error) if error.kind() == io::ErrorKind::NotFound => {
+            Self::Missing => {
                 "write the file or correct the name, which is relative to the scene file's folder \
                  (`planisphere make` writes the arrays of the example scenes)"
             }
@@ -97,6 +100,12 @@ impl NpyError {
             Self::Fortran => "save it in C order: numpy.save(name, numpy.ascontiguousarray(array))",
             Self::Length { .. } => "write the file again: it is cut short, or has something after the array",
         }
+    }
+}
+
+impl From<io::Error> for NpyError {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::NotFound { Self::Missing } else { Self::Io(error) }
     }
 }
 

@@ -5,10 +5,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
 use super::{
     DEFAULT_COLOR, DEFAULT_IMAGE, Loaded,
+    batches::{Batches, cut},
     document::{Section, Value, color, integer, number, string, vector},
     npy::{Array, NpyError},
     report::Fault,
@@ -21,12 +23,36 @@ use crate::{
 
 /// Reads the text of a scene file, and maps the arrays it names relative to `folder`.
 pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
+    if let Some((rest, singles)) = read_batches(text)
+        && let Ok(document) = DeTable::parse(&rest)
+        && !document.get_ref().contains_key("sphere")
+    {
+        return read_document(document.get_ref(), singles, folder);
+    }
     let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
+    read_document(document.get_ref(), Vec::new(), folder)
+}
+
+/// The `[[sphere]]` tables of a large file, and the file without them; or nothing when there is any fault in them, which
+/// is then found again, at its place, by reading the file as a whole.
+fn read_batches(text: &str) -> Option<(String, Vec<Sphere>)> {
+    let Batches { rest, pieces } = cut(text)?;
+    let read = |piece: &&str| {
+        let document = DeTable::parse(piece).ok()?;
+        let root = Section::of_table("", document.get_ref(), 0..0, &["sphere"]).ok()?;
+        tables(&root, "sphere").ok()?.iter().map(|table| read_sphere(table).ok()).collect::<Option<Vec<_>>>()
+    };
+    let spheres: Option<Vec<Vec<Sphere>>> = pieces.par_iter().map(read).collect();
+    Some((rest, spheres?.concat()))
+}
+
+/// Reads a parsed document, whose first spheres may have been read before.
+fn read_document(document: &DeTable, singles: Vec<Sphere>, folder: &Path) -> Result<Loaded, Fault> {
     let known = ["camera", "image", "sphere", "spheres"];
-    let root = Section::of_table("", document.get_ref(), 0..0, &known)?;
+    let root = Section::of_table("", document, 0..0, &known)?;
     let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
     let fixed_camera = root.get("camera").map(read_camera).transpose()?;
-    let scene = read_spheres(&root, folder)?;
+    let scene = read_spheres(&root, singles, folder)?;
     Ok(Loaded { scene, fixed_camera, image, background })
 }
 
@@ -184,12 +210,13 @@ struct Source {
 }
 
 /// All `[[sphere]]` first, then each `[[spheres]]` in turn.
-fn read_spheres(root: &Section, folder: &Path) -> Result<Scene, Fault> {
+fn read_spheres(root: &Section, mut singles: Vec<Sphere>, folder: &Path) -> Result<Scene, Fault> {
     let (mut blocks, mut sources) = (Vec::new(), Vec::new());
-    let singles = tables(root, "sphere")?;
+    for table in tables(root, "sphere")? {
+        singles.push(read_sphere(table)?);
+    }
     if !singles.is_empty() {
-        let spheres = singles.iter().map(read_sphere).collect::<Result<Vec<_>, _>>()?;
-        blocks.push(Block::from_spheres(&spheres));
+        blocks.push(Block::from_spheres(&singles));
         sources.push(None);
     }
     for value in tables(root, "spheres")? {

@@ -1,6 +1,7 @@
 //! The stress corpus: small scenes that have broken renderers, or are made to. Each is the same on every machine: its
 //! numbers come from a seed, by integers, `+ - * /` and square roots only.
 
+pub mod fuzz;
 pub mod random;
 
 use glam::DVec3;

@@ -5,6 +5,8 @@
 //! open, they are big integers with 128, 256, 512, ... binary places, until the sign is certain or the number is nearer to
 //! zero than a number of its kind can be without being zero ([`separation`]). So ties and tangents are proved, not believed.
 
+#![allow(dead_code, reason = "each test crate that takes in the judge asks it other questions")]
+
 pub mod interval;
 pub mod separation;
 
@@ -211,6 +213,36 @@ impl Judge {
                     .collect::<Vec<_>>()
             })
             .collect()
+    }
+
+    /// Whether the depth at which sphere `id` is seen at a pixel certainly does not lie outside `low ..= high`.
+    pub fn depth_within(&self, column: u32, row: u32, id: i32, low: f64, high: f64) -> bool {
+        let sphere = self.original(id as usize);
+        let Some(hit) = self.hit(column, row, sphere) else { return false };
+        // The order of the depth and a number that is finite; a tie, or what 4,096 places do not tell, is no fault.
+        let against = |bound: f64| {
+            let ray: Ray<Rough> = self.ray(column, row, ());
+            let quick =
+                self.rough_crossing(&ray, sphere).at(hit.root).minus(&Rough::exact(bound, ()).times(&ray.square));
+            quick.sign().or_else(|| {
+                (0..6).find_map(|step| {
+                    let places = FIRST_PLACES << step;
+                    let ray: Ray<Fixed> = self.ray(column, row, places);
+                    let bound = Fixed::exact(bound, places).times(&ray.square);
+                    self.crossing_at(&ray, sphere, step).at(hit.root).minus(&bound).sign()
+                })
+            })
+        };
+        against(low) != Some(Ordering::Less) && (high == f64::INFINITY || against(high) != Some(Ordering::Greater))
+    }
+
+    /// The first sphere of the same numbers.
+    fn original(&self, sphere: usize) -> usize {
+        if self.first.binary_search_by_key(&sphere, |f| f.0).is_ok() {
+            return sphere;
+        }
+        let numbers = self.spheres[sphere];
+        self.first.iter().map(|f| f.0).find(|&k| self.spheres[k] == numbers).expect("it is kept once")
     }
 
     // ---- The contract's formulas, for any interval ----
