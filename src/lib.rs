@@ -16,3 +16,5 @@ pub mod render;
 pub mod scene;
 pub mod shader;
 pub mod simd;
+#[cfg(feature = "window")]
+pub mod view;
