@@ -345,7 +345,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
     type Output = usize;
 
     #[inline(always)]
-    fn run(mut self) -> usize {
+    fn run<L: simd::Lanes>(mut self) -> usize {
         let Binner { projector, grid, .. } = self.binner;
         let last_tile = grid.tiles() - 1;
         let mut batch = Batch::default();

@@ -33,7 +33,10 @@
 //! *Planes and blocks.* `a` is within `7 u a`. A plane's depth times `a` and then a factor `1 -+ bound` rounds twice more; the
 //! factor is even: [`PLANE`] is 10 u. From `y` back to `t` it is a division and a sum with the bound: [`BACK`] is 10 u.
 
-use crate::project::{FLOOR, Projected, U};
+use crate::{
+    project::{FLOOR, Projected, U},
+    simd::Number,
+};
 
 /// `E` over `A r D`.
 const DOUBT: f64 = 3.5;
@@ -110,6 +113,23 @@ impl Margins {
     }
 }
 
+/// What one look at a sphere that planes may cut tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Look {
+    /// It is missed, cut away, or behind what is held.
+    Gone,
+    /// It is seen, at a depth `y` between these.
+    Seen([f64; 2]),
+    /// Undecided.
+    Doubt,
+}
+
+/// `a` of the ray through a point of the screen.
+#[inline(always)]
+pub fn length<N: Number>(sx: N, sy: f64) -> N {
+    N::splat(1.0 + sy * sy).add(sx.mul(sx))
+}
+
 /// A sphere and a row of pixels: what does not change along it.
 #[derive(Clone, Copy)]
 pub struct Row {
@@ -122,8 +142,6 @@ pub struct Row {
     along: f64,
     /// Of `q`.
     fixed: f64,
-    /// `1 + sy^2`.
-    over: f64,
 }
 
 impl Row {
@@ -132,33 +150,55 @@ impl Row {
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, sy: f64) -> Self {
         let square = s.r * s.r;
         let (m, along) = if PERSPECTIVE { (s.y - s.z * sy, s.y * sy + s.z) } else { (sy - s.y, s.z) };
-        let (fixed, over) = if PERSPECTIVE { (m * m, 1.0 + sy * sy) } else { (square - m * m, 1.0) };
-        Self { sphere: *s, square, sy, m, along, fixed, over }
+        let fixed = if PERSPECTIVE { m * m } else { square - m * m };
+        Self { sphere: *s, square, sy, m, along, fixed }
     }
 
-    /// `q` and `b` at screen coordinate `sx`.
+    /// `q` and `b` at screen coordinates `sx`.
     #[inline(always)]
-    pub fn meet<const PERSPECTIVE: bool>(&self, sx: f64) -> [f64; 2] {
+    pub fn meet<N: Number, const PERSPECTIVE: bool>(&self, sx: N) -> (N, N) {
         let s = &self.sphere;
         if PERSPECTIVE {
-            let n = s.z * sx - s.x;
-            let cross = n * self.sy + self.m * sx;
-            [self.length::<true>(sx) * self.square - (self.fixed + n * n + cross * cross), s.x * sx + self.along]
+            let n = N::splat(s.z).mul(sx).sub(N::splat(s.x));
+            let cross = n.mul(N::splat(self.sy)).add(N::splat(self.m).mul(sx));
+            let apart = N::splat(self.fixed).add(n.mul(n)).add(cross.mul(cross));
+            let q = length(sx, self.sy).mul(N::splat(self.square)).sub(apart);
+            (q, N::splat(s.x).mul(sx).add(N::splat(self.along)))
         } else {
-            let dx = sx - s.x;
-            [self.fixed - dx * dx, self.along]
+            let dx = sx.sub(N::splat(s.x));
+            (N::splat(self.fixed).sub(dx.mul(dx)), N::splat(self.along))
         }
     }
 
-    /// `a` at screen coordinate `sx`.
+    /// Either root of one pixel, between the planes `near` and `far`; `held` is an upper bound of the depth that is held there.
     #[inline(always)]
-    pub fn length<const PERSPECTIVE: bool>(&self, sx: f64) -> f64 {
-        if PERSPECTIVE { self.over + sx * sx } else { 1.0 }
+    pub fn look<const PERSPECTIVE: bool>(&self, margins: &Margins, [near, far]: [f64; 2], held: f64, sx: f64) -> Look {
+        let Margins { doubt, solid, width, rim } = *margins;
+        let (q, b) = self.meet::<f64, PERSPECTIVE>(sx);
+        let root = q.max(0.0).sqrt();
+        if q < -doubt || b - rim.max(root + width) > held {
+            return Look::Gone;
+        }
+        // The planes in the units of the depths, with the bounds of their own roundings.
+        let a = if PERSPECTIVE { length(sx, self.sy) } else { 1.0 };
+        let [near, far] = [near, far].map(|plane| {
+            let plane = plane * a;
+            if plane == f64::INFINITY { [plane; 2] } else { [plane * (1.0 - PLANE), plane * (1.0 + PLANE)] }
+        });
+        let inside = |depth: f64| depth - width >= near[1] && depth + width <= far[0];
+        let outside = |depth: f64| depth + width < near[0] || depth - width > far[1];
+        let (first, second) = (b - root, b + root);
+        let depth = if q < solid {
+            return Look::Doubt;
+        } else if inside(first) {
+            first
+        } else if first - width > far[1] || (outside(first) && outside(second)) {
+            return Look::Gone;
+        } else if first + width < near[0] && inside(second) {
+            second
+        } else {
+            return Look::Doubt;
+        };
+        if depth - width > held { Look::Gone } else { Look::Seen([depth - width, depth + width]) }
     }
-}
-
-/// Square root of the positive part.
-#[inline(always)]
-pub fn root(q: f64) -> f64 {
-    if q > 0.0 { q } else { 0.0 }.sqrt()
 }

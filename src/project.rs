@@ -202,6 +202,13 @@ impl Projector {
         }
     }
 
+    /// Whether a clip plane may cut a sphere; if not, and it is in the clip range, its near root is what is seen.
+    #[inline(always)]
+    pub fn cuts(&self, s: &Projected) -> bool {
+        let bound = s.bound();
+        !((s.z - s.r - bound > self.near) & (s.z + s.r + bound < self.far))
+    }
+
     /// One sphere.
     #[inline(always)]
     pub fn project(&self, center: DVec3, radius: f64) -> Projected {

@@ -3,6 +3,7 @@
 use crate::{
     camera::{Region, View},
     cpu::Cpu,
+    gpu::Gpu,
     scene::Scene,
 };
 
@@ -47,9 +48,9 @@ pub struct Counts {
     pub pixels: usize,
     /// Entries of tile lists.
     pub entries: usize,
-    /// Pixels (or pixel and sphere pairs) that the filter left to be decided.
+    /// Questions (the sign of a number) that the filter left to be decided.
     pub undecided: usize,
-    /// Of these, decided by exact integers after 100-bit arithmetic did not tell.
+    /// Of these, decided by algebra in integers of any size, because neither 128-bit integers nor 100 bits could tell.
     pub exact: usize,
 }
 
@@ -83,6 +84,8 @@ pub struct Drawing {
 pub enum Device {
     /// The native path.
     Cpu(Cpu),
+    /// wgpu on any adapter.
+    Gpu(Box<Gpu>),
 }
 
 impl Device {
@@ -90,13 +93,22 @@ impl Device {
     ///
     /// # Errors
     /// When none fits.
-    pub fn open(_choice: &DeviceChoice) -> Result<Self, DeviceError> {
-        Ok(Self::Cpu(Cpu::default()))
+    pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+        match choice {
+            DeviceChoice::Cpu => Ok(Self::Cpu(Cpu::default())),
+            DeviceChoice::Auto => {
+                Ok(Gpu::open(choice).map_or_else(|_| Self::Cpu(Cpu::default()), |gpu| Self::Gpu(Box::new(gpu))))
+            }
+            DeviceChoice::Gpu | DeviceChoice::Named(_) => Ok(Self::Gpu(Box::new(Gpu::open(choice)?))),
+        }
     }
 
     /// The device in words, for people.
     pub fn description(&self) -> String {
-        "cpu".into()
+        match self {
+            Self::Cpu(_) => "cpu".into(),
+            Self::Gpu(gpu) => gpu.description(),
+        }
     }
 
     /// Draws a region of a view of a scene.
@@ -106,6 +118,7 @@ impl Device {
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         match self {
             Self::Cpu(cpu) => cpu.draw(scene, view, region),
+            Self::Gpu(gpu) => gpu.draw(scene, view, region),
         }
     }
 }
