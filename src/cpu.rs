@@ -20,7 +20,7 @@
 //! `E / sqrt T + u K r` of the truth, so that its depth is within `W = E / sqrt T + 4 K P + 2 u K r`. The few hits between
 //! `-E` and `T` are no nearer than `b - sqrt(T + E) - W`; if that is not enough to reject them, they are decided exactly.
 
-use std::{ops::Range, sync::Mutex, time::Instant};
+use std::{marker::PhantomData, ops::Range, sync::Mutex, time::Instant};
 
 use rayon::prelude::*;
 
@@ -50,6 +50,47 @@ const NONE: u64 = u64::MAX;
 const WAVE: usize = 1 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
 const BAND: usize = 4 << 20;
+
+/// What the tile kernel does with its bounds. Only [`Exact`] is used to draw; the others are compiled apart for `bench`, which
+/// measures what exactness costs.
+trait Mode: Copy + Send + Sync + 'static {
+    /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
+    const BOUNDS: bool;
+    /// Whether what the bounds leave open is decided; without, such pixels are [`UNDECIDED`].
+    const DECIDES: bool;
+}
+
+/// The device.
+#[derive(Clone, Copy)]
+struct Exact;
+
+impl Mode for Exact {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = true;
+}
+
+/// Bounds without decisions.
+#[derive(Clone, Copy)]
+struct FilterOnly;
+
+impl Mode for FilterOnly {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = false;
+}
+
+/// Neither: wrong where rounding matters.
+#[derive(Clone, Copy)]
+struct Uncertified;
+
+impl Mode for Uncertified {
+    const BOUNDS: bool = false;
+    const DECIDES: bool = false;
+}
+
+/// In place of an id by [`Cpu::draw_filter_only`]: the bounds leave open which sphere is nearest.
+pub const UNDECIDED: i32 = -2;
+/// Set in a holder's id where it is one of several that may be nearest; ids themselves are shorter.
+const OPEN: u64 = 1 << 32;
 
 /// Nothing that begins behind these depths is seen in a tile.
 #[derive(Clone, Copy)]
@@ -110,6 +151,28 @@ impl Cpu {
     /// # Errors
     /// When memory does not suffice.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        self.draw_as::<Exact>(scene, view, region)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`], and counted.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw_filter_only(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
+        drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
+        Ok(drawing)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where rounding matters.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw_uncertified(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        self.draw_as::<Uncertified>(scene, view, region)
+    }
+
+    fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let truth = Truth::new(view, scene.bounds());
         let mut ids = Vec::new();
         ids.try_reserve_exact(region.pixels()).map_err(|_| {
@@ -130,19 +193,19 @@ impl Cpu {
             let start = drawing.ids.len();
             // The memory was reserved; what a tile does not reach stays background.
             drawing.ids.resize(start + band.pixels(), -1);
-            self.draw_band(scene, &truth, band, &mut drawing, start);
+            self.draw_band::<M>(scene, &truth, band, &mut drawing, start);
             top += height;
         }
         Ok(drawing)
     }
 
     /// One band: its spheres in as many waves as memory wants, front ones first where that saves work.
-    fn draw_band(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
+    fn draw_band<M: Mode>(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
         let begun = Instant::now();
         let binner = Binner::new(scene, truth, band, SHIFT);
         let grid = binner.grid;
-        let tally = Mutex::new(Tally::default());
-        let painter = Painter { scene, truth, binner: &binner, tally: &tally };
+        let sums = Mutex::new(Sums::default());
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums };
         let ids = &mut drawing.ids[start..];
         let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
         let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
@@ -153,7 +216,7 @@ impl Cpu {
         if !behind && left.iter().all(Range::is_empty) {
             let drawn = Instant::now();
             drawing.counts.entries += lists.entries.len();
-            painter.paint_once(lists, ids);
+            painter.paint_once::<M>(lists, ids);
             drawing.times.render += milliseconds(drawn);
         } else {
             let drawn = Instant::now();
@@ -168,7 +231,7 @@ impl Cpu {
             loop {
                 let drawn = Instant::now();
                 drawing.counts.entries += lists.entries.len();
-                painter.paint(lists, &mut self.tiles, &mut depths);
+                painter.paint::<M>(lists, &mut self.tiles, &mut depths);
                 drawing.times.render += milliseconds(drawn);
                 if left.iter().all(Range::is_empty) {
                     if !std::mem::take(&mut behind) {
@@ -183,13 +246,23 @@ impl Cpu {
                 drawing.times.prepare += milliseconds(prepared);
             }
             let drawn = Instant::now();
-            painter.gather(&self.tiles, ids);
+            painter.gather::<M>(&self.tiles, ids);
             drawing.times.render += milliseconds(drawn);
         }
-        let tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let Sums { tally, tests } = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        drawing.counts.tests += tests;
         drawing.counts.undecided += tally.signs as usize;
         drawing.counts.exact += tally.ties as usize;
+        drawing.counts.big += tally.big as usize;
     }
+}
+
+/// What tiles count.
+#[derive(Default)]
+struct Sums {
+    tally: Tally,
+    /// Pixels that spheres were tested at.
+    tests: u64,
 }
 
 fn milliseconds(since: Instant) -> f64 {
@@ -261,7 +334,7 @@ struct Painter<'a> {
     scene: &'a Scene,
     truth: &'a Truth,
     binner: &'a Binner<'a>,
-    tally: &'a Mutex<Tally>,
+    sums: &'a Mutex<Sums>,
 }
 
 /// Ids that tiles write, each its own pixels.
@@ -272,7 +345,7 @@ unsafe impl Sync for Canvas {}
 
 impl Painter<'_> {
     /// Draws all there is, straight into the ids.
-    fn paint_once(&self, lists: &Lists<Entry>, ids: &mut [i32]) {
+    fn paint_once<M: Mode>(&self, lists: &Lists<Entry>, ids: &mut [i32]) {
         let grid = &self.binner.grid;
         let canvas = Canvas(ids.as_mut_ptr(), ids.len());
         (0..grid.tiles()).into_par_iter().with_max_len(8).for_each(|tile| {
@@ -283,28 +356,28 @@ impl Painter<'_> {
             let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
             let mut state = Tile::default();
             state.clear(region.width as usize - column * SIDE, region.height as usize - row * SIDE);
-            self.paint_tile(lists, tile, &mut state, &mut Depths::NONE.clone());
-            self.write(tile, &state, &canvas);
+            self.paint_tile::<M>(lists, tile, &mut state, &mut Depths::NONE.clone());
+            self.write::<M>(tile, &state, &canvas);
         });
     }
 
     /// Draws on top of what there is.
-    fn paint(&self, lists: &Lists<Entry>, tiles: &mut [Tile], depths: &mut [Depths]) {
+    fn paint<M: Mode>(&self, lists: &Lists<Entry>, tiles: &mut [Tile], depths: &mut [Depths]) {
         let grid = &self.binner.grid;
         tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(|(tile, (state, depths))| {
             if !lists.tile(grid, tile).is_empty() {
-                self.paint_tile(lists, tile, state, depths);
+                self.paint_tile::<M>(lists, tile, state, depths);
             }
         });
     }
 
     /// Writes the ids of all tiles.
-    fn gather(&self, tiles: &[Tile], ids: &mut [i32]) {
+    fn gather<M: Mode>(&self, tiles: &[Tile], ids: &mut [i32]) {
         let canvas = Canvas(ids.as_mut_ptr(), ids.len());
-        tiles.par_iter().enumerate().for_each(|(tile, state)| self.write(tile, state, &canvas));
+        tiles.par_iter().enumerate().for_each(|(tile, state)| self.write::<M>(tile, state, &canvas));
     }
 
-    fn write(&self, tile: usize, state: &Tile, canvas: &Canvas) {
+    fn write<M: Mode>(&self, tile: usize, state: &Tile, canvas: &Canvas) {
         let Region { width, height, .. } = self.binner.projector.region;
         let columns = self.binner.grid.columns as usize;
         let (x, y) = (tile % columns * SIDE, tile / columns * SIDE);
@@ -316,42 +389,42 @@ impl Painter<'_> {
             let to = unsafe { std::slice::from_raw_parts_mut(canvas.0.add(start), across) };
             for (to, &id) in to.iter_mut().zip(&state.id[row * SIDE..]) {
                 // NONE becomes -1.
-                *to = id as i32;
+                *to = if !M::DECIDES && id != NONE && id & OPEN != 0 { UNDECIDED } else { id as i32 };
             }
         }
     }
 
-    fn paint_tile(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile, depths: &mut Depths) {
-        let work = PaintTile { painter: self, lists, tile, state, depths, tally: Tally::default() };
-        let tally = match self.binner.projector.projection {
-            Projection::Orthographic => simd::dispatch(Ortho(work)),
-            Projection::Perspective => simd::dispatch(Persp(work)),
+    fn paint_tile<M: Mode>(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile, depths: &mut Depths) {
+        let work = PaintTile { painter: self, lists, tile, state, depths, sums: Sums::default() };
+        let Sums { tally, tests } = match self.binner.projector.projection {
+            Projection::Orthographic => simd::dispatch(Ortho::<M>(work, PhantomData)),
+            Projection::Perspective => simd::dispatch(Persp::<M>(work, PhantomData)),
         };
-        if tally != Tally::default() {
-            *self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner) += tally;
-        }
+        let mut sums = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        sums.tally += tally;
+        sums.tests += tests;
     }
 }
 
-struct Ortho<'a>(PaintTile<'a>);
+struct Ortho<'a, M>(PaintTile<'a>, PhantomData<M>);
 
-impl simd::Work for Ortho<'_> {
-    type Output = Tally;
+impl<M: Mode> simd::Work for Ortho<'_, M> {
+    type Output = Sums;
 
     #[inline(always)]
-    fn run(self) -> Tally {
-        self.0.run::<false>()
+    fn run(self) -> Sums {
+        self.0.run::<false, M>()
     }
 }
 
-struct Persp<'a>(PaintTile<'a>);
+struct Persp<'a, M>(PaintTile<'a>, PhantomData<M>);
 
-impl simd::Work for Persp<'_> {
-    type Output = Tally;
+impl<M: Mode> simd::Work for Persp<'_, M> {
+    type Output = Sums;
 
     #[inline(always)]
-    fn run(self) -> Tally {
-        self.0.run::<true>()
+    fn run(self) -> Sums {
+        self.0.run::<true, M>()
     }
 }
 
@@ -361,7 +434,7 @@ struct PaintTile<'a> {
     tile: usize,
     state: &'a mut Tile,
     depths: &'a mut Depths,
-    tally: Tally,
+    sums: Sums,
 }
 
 /// The bounds of one sphere; see the file's head.
@@ -378,7 +451,10 @@ struct Margins {
 
 impl Margins {
     #[inline(always)]
-    fn new<const PERSPECTIVE: bool>(s: &Projected, kappa: f64) -> Self {
+    fn new<const PERSPECTIVE: bool, M: Mode>(s: &Projected, kappa: f64) -> Self {
+        if !M::BOUNDS {
+            return Self { doubt: 0.0, solid: 0.0, width: 0.0, rim: 0.0 };
+        }
         let (position, square) = (s.bound(), s.r * s.r);
         let (delta, doubt, vague) = if PERSPECTIVE {
             let (delta, wide) = (kappa * position, kappa * kappa);
@@ -403,7 +479,7 @@ impl Margins {
 
 impl PaintTile<'_> {
     #[inline(always)]
-    fn run<const PERSPECTIVE: bool>(mut self) -> Tally {
+    fn run<const PERSPECTIVE: bool, M: Mode>(mut self) -> Sums {
         let grid = self.painter.binner.grid;
         let (x, y) = (self.tile % grid.columns as usize * SIDE, self.tile / grid.columns as usize * SIDE);
         let projector = &self.painter.binner.projector;
@@ -423,19 +499,22 @@ impl PaintTile<'_> {
                     if hidden(self.depths, entry.sphere.nearest(), entry.window) {
                         continue;
                     }
+                    let [left, right, top, bottom] = entry.window.map(u64::from);
+                    let lanes = LANES as u64;
+                    self.sums.tests += (right / lanes - left / lanes + 1) * lanes * (bottom - top + 1);
                     let s = &entry.sphere;
                     let bound = s.bound();
                     // The planes may cut it: then every pixel is looked at by itself.
                     if s.z - s.r - bound <= projector.near || s.z + s.r + bound >= projector.far {
-                        self.clipped::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
+                        self.clipped::<PERSPECTIVE, M>(entry, &columns, &rows, [x, y]);
                     } else {
-                        self.whole::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
+                        self.whole::<PERSPECTIVE, M>(entry, &columns, &rows, [x, y]);
                     }
                 }
                 self.freshen::<PERSPECTIVE>(&columns, &rows);
             }
         }
-        self.tally
+        self.sums
     }
 
     /// Brings the farthest depth of the blocks up to date.
@@ -479,7 +558,7 @@ impl PaintTile<'_> {
 
     /// A sphere that no plane can cut: the near root, in vector form.
     #[inline(always)]
-    fn whole<const PERSPECTIVE: bool>(
+    fn whole<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         entry: &Entry,
         columns: &[f64; SIDE],
@@ -488,7 +567,7 @@ impl PaintTile<'_> {
     ) {
         let s = &entry.sphere;
         let kappa = self.painter.binner.projector.kappa;
-        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, kappa);
+        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE, M>(s, kappa);
         let square = s.r * s.r;
         let front = s.nearest();
         let id = u64::from(entry.index);
@@ -531,12 +610,14 @@ impl PaintTile<'_> {
                     let depth = b - root;
                     let least = if sure { depth - width } else { b - rim };
                     let most = depth + width;
-                    let win = sure & (most < low[k]);
+                    let win = sure & (most < if M::BOUNDS { low[k] } else { high[k] });
                     let lose = (q < -doubt) | (least > high[k]);
-                    undecided[k] = u64::from(!(win | lose));
+                    undecided[k] = u64::from(M::BOUNDS & !(win | lose));
                     changed |= u64::from(win);
                     high[k] = if win { most } else { high[k] };
-                    low[k] = if win { least } else { low[k] };
+                    if M::BOUNDS {
+                        low[k] = if win { least } else { low[k] };
+                    }
                     ids[k] = if win { id } else { ids[k] };
                 }
                 if changed != 0 {
@@ -544,8 +625,22 @@ impl PaintTile<'_> {
                 }
                 if undecided.iter().fold(0, |any, &u| any | u) != 0 {
                     for (k, &undecided) in undecided.iter().enumerate() {
-                        if undecided != 0 {
-                            self.settle(entry.index, row * SIDE + first + k, corner);
+                        if undecided == 0 {
+                            continue;
+                        }
+                        let at = row * SIDE + first + k;
+                        if M::DECIDES {
+                            self.settle(entry.index, at, corner);
+                        } else {
+                            let depth = bs[k] - qs[k].max(0.0).sqrt();
+                            let sure = qs[k] >= solid;
+                            self.leave_open(
+                                entry.index,
+                                at,
+                                if sure { depth - width } else { bs[k] - rim },
+                                sure,
+                                depth + width,
+                            );
                         }
                     }
                 }
@@ -555,7 +650,7 @@ impl PaintTile<'_> {
 
     /// A sphere that a plane may cut: either root, pixel by pixel.
     #[inline(always)]
-    fn clipped<const PERSPECTIVE: bool>(
+    fn clipped<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         entry: &Entry,
         columns: &[f64; SIDE],
@@ -564,7 +659,7 @@ impl PaintTile<'_> {
     ) {
         let s = &entry.sphere;
         let projector = &self.painter.binner.projector;
-        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, projector.kappa);
+        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE, M>(s, projector.kappa);
         let square = s.r * s.r;
         let [left, right, top, bottom] = entry.window.map(usize::from);
         for row in top..=bottom {
@@ -595,6 +690,16 @@ impl PaintTile<'_> {
                 let inside = |depth: f64| depth - width >= near.1 && depth + width <= far.0;
                 let outside = |depth: f64| depth + width < near.0 || depth - width > far.1;
                 let (first, second) = (b - root, b + root);
+                if !M::BOUNDS {
+                    let seen = |depth: f64| depth >= projector.near * a && depth <= projector.far * a;
+                    let depth = if b - root >= projector.near * a { b - root } else { b + root };
+                    if seen(depth) && depth < self.state.high[at] {
+                        self.state.high[at] = depth;
+                        self.state.id[at] = u64::from(entry.index);
+                        self.touch(row, column);
+                    }
+                    continue;
+                }
                 let depth = if q < solid {
                     None
                 } else if inside(first) {
@@ -614,9 +719,27 @@ impl PaintTile<'_> {
                         self.state.id[at] = u64::from(entry.index);
                         self.touch(row, column);
                     }
-                    _ => self.settle(entry.index, at, corner),
+                    _ if M::DECIDES => self.settle(entry.index, at, corner),
+                    _ => {
+                        let sure = depth.is_some();
+                        let least = b - rim.max(root + width);
+                        self.leave_open(entry.index, at, least, sure, depth.unwrap_or(f64::INFINITY) + width);
+                    }
                 }
             }
+        }
+    }
+
+    /// For [`FilterOnly`]: a sphere that may be seen, no nearer than `least`; if it is for `sure`, no farther than `most`.
+    #[cold]
+    #[inline(never)]
+    fn leave_open(&mut self, index: u32, at: usize, least: f64, sure: bool, most: f64) {
+        let (holder, state) = (self.state.id[at], &mut *self.state);
+        state.id[at] = OPEN | if holder == NONE { u64::from(index) } else { holder };
+        state.low[at] = if least < state.low[at] { least } else { state.low[at] };
+        if sure && most < state.high[at] {
+            state.high[at] = most;
+            self.touch(at / SIDE, at % SIDE);
         }
     }
 
@@ -638,11 +761,11 @@ impl PaintTile<'_> {
             return;
         }
         let pixel: Pixel = self.painter.truth.pixel(region.x + column, region.y + row);
-        let Some(hit) = pixel.hit(ball, &mut self.tally) else { return };
+        let Some(hit) = pixel.hit(ball, &mut self.sums.tally) else { return };
         if let Some(held) = held {
             // The holder was seen when it became the holder.
-            let held = pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there");
-            let order = pixel.order(&hit, &held, &mut self.tally);
+            let held = pixel.hit(held, &mut self.sums.tally).expect("the holder of a pixel is hit there");
+            let order = pixel.order(&hit, &held, &mut self.sums.tally);
             if order.then(u64::from(index).cmp(&holder)).is_gt() {
                 return;
             }

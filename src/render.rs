@@ -47,10 +47,14 @@ pub struct Counts {
     pub pixels: usize,
     /// Entries of tile lists.
     pub entries: usize,
+    /// Pixels that spheres were tested at, summed over the spheres.
+    pub tests: u64,
     /// Pixels (or pixel and sphere pairs) that the filter left to be decided.
     pub undecided: usize,
     /// Of these, decided by exact integers after 100-bit arithmetic did not tell.
     pub exact: usize,
+    /// Of these, decided by integers of any size after 128-bit integers did not tell.
+    pub big: usize,
 }
 
 /// Milliseconds of the steps of a picture.
