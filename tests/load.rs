@@ -304,3 +304,77 @@ fn many_single_spheres_load_fast() {
     assert_eq!((mixed.scene.len(), mixed.image.width), (100_000, 7));
     assert_eq!(mixed.scene.sphere(5001).center.x, 5001.5);
 }
+
+#[test]
+fn no_text_makes_it_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    write_arrays(folder.path());
+    let mut state = 1u64;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below
+    };
+    let pieces = [
+        "[camera]\n",
+        "[image]\n",
+        "[[sphere]]\n",
+        "[[spheres]]\n",
+        "view = ",
+        "up = ",
+        "look_at = ",
+        "fov = ",
+        "near = ",
+        "far = ",
+        "width = ",
+        "height = ",
+        "center = ",
+        "radius = ",
+        "color = ",
+        "centers = ",
+        "radii = ",
+        "colors = ",
+        "[0, 0, 1]\n",
+        "[1e308, -1e308, 5e-324]\n",
+        "1\n",
+        "0.0\n",
+        "-0.0\n",
+        "1e-320\n",
+        "89.9\n",
+        "'c.npy'\n",
+        "'r.npy'\n",
+        "'rgb.npy'\n",
+        "'c-nan.npy'\n",
+        "'#123456'\n",
+        "nan\n",
+        "[\n",
+        "]\n",
+        "'''",
+        "\"",
+        "\u{feff}",
+        "é",
+        "\r\n",
+        "{",
+        "}",
+        "projection = 'perspective'\n",
+        "view = [1, 0, 0]\n",
+        "center = [1, 2, 3]\nradius = 1\n",
+    ];
+    let mut loaded = 0;
+    for round in 0..20_000 {
+        let text: String = (0..1 + random(12)).map(|_| pieces[random(pieces.len())]).collect();
+        let result = std::panic::catch_unwind(|| {
+            planisphere::load::from_text("test", &text, folder.path())
+                .map(|l| l.camera(l.image))
+                .map_err(|e| e.to_string())
+        });
+        match result {
+            Ok(Ok(camera)) => {
+                camera.check().unwrap();
+                loaded += 1;
+            }
+            Ok(Err(message)) => assert!(message.contains("fix: "), "{message}"),
+            Err(_) => panic!("round {round}: {text:?}"),
+        }
+    }
+    assert!(loaded > 50, "only {loaded} of these are scenes");
+}

@@ -89,6 +89,11 @@ impl Bounded {
         if low <= high { [low, high] } else { [f64::NEG_INFINITY, f64::INFINITY] }
     }
 
+    /// Whether [`Self::value`] is within `relative` (2^-50 or more) of the number, as a part of it.
+    pub fn is_within(self, relative: f64) -> bool {
+        self.error <= self.high.abs() * relative
+    }
+
     /// Square.
     pub fn square(self) -> Self {
         self * self

@@ -1,8 +1,8 @@
 //! The depth plane: the distance of the hit that each pixel was coloured from.
 //!
-//! Which wall of the sphere is seen, and its distance, come from [`crate::exact::decide`], with 100 bits and exact decisions
-//! at the clip planes. What is left is the rounding to f32: every depth is within 0.51 units in the last place of the exact
-//! one.
+//! Which wall of the sphere is seen, and its distance, come from [`crate::exact::decide`], with at least 40
+//! bits whatever cancels. What is left is the rounding to f32: every depth is within 0.51 units in the last place of the
+//! exact one.
 
 use rayon::prelude::*;
 

@@ -330,7 +330,7 @@ impl Gpu {
                 }
             }
             undecided.write(ids, region);
-            drawing.counts.exact += tally.ties as usize;
+            drawing.counts.exact += tally.big as usize;
         }
         drawing.times.decide += since(begin);
         Ok(())
