@@ -64,17 +64,24 @@ pub struct Screen {
     pub kappa: f64,
     /// `A`.
     pub spread: f64,
+    /// `D` of the sphere that lies farthest, if it had the greatest radius.
+    pub delta: f64,
+    /// Spheres of at least this radius have `T = 2^-16 r^2`, even with that `D`.
+    pub plain: f64,
 }
 
 impl Screen {
-    /// Parallel rays.
-    pub const PARALLEL: Self = Self { kappa: 1.0, spread: 1.0 };
-
-    /// Perspective rays; of the screen coordinates at its sides.
-    pub fn reaching(x: [f64; 2], y: [f64; 2]) -> Self {
-        let reach = |[first, last]: [f64; 2]| first.abs().max(last.abs());
-        let (x, y) = (reach(x), reach(y));
-        Self { kappa: 1.0 + x.max(y), spread: 1.0 + x * x + y * y }
+    /// For spheres whose position bound is at most `position`; of the screen coordinates at its sides, for perspective rays.
+    pub fn new(sides: Option<[[f64; 2]; 2]>, position: f64) -> Self {
+        let (kappa, spread) = sides.map_or((1.0, 1.0), |sides| {
+            let [x, y] = sides.map(|[first, last]| first.abs().max(last.abs()));
+            (1.0 + x.max(y), 1.0 + x * x + y * y)
+        });
+        let delta = kappa * position;
+        let plain = (65536.0 * SOLID * DOUBT * (1.0 + 1e-6)) * (spread * delta);
+        // Where squares come near to what underflows, or overflow, every sphere is looked at by itself.
+        let usable = plain > 1e-100 && plain < 1e100 && spread < 1e40;
+        Self { kappa, spread, delta, plain: if usable { plain } else { f64::INFINITY } }
     }
 }
 
@@ -95,19 +102,26 @@ impl Margins {
     /// Of a sphere.
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, screen: Screen) -> Self {
-        let (position, square) = (s.bound(), s.r * s.r);
-        let Screen { kappa, spread } = if PERSPECTIVE { screen } else { Screen::PARALLEL };
-        let delta = kappa * position;
+        let Screen { kappa, spread, delta, plain } = screen;
+        let square = s.r * s.r;
+        let least = square * (1.0 / 65536.0);
+        let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
+        if s.r >= plain {
+            // Nearly all: the bounds of the farthest sphere are good enough, and cost a few products.
+            let doubt = (DOUBT * (1.0 + 1e-6)) * (spread * delta) * s.r;
+            let width = (256.0 * DOUBT * (1.0 + 1e-6)) * per_quotient * (spread * delta);
+            return Self { doubt, solid: least, width, rim: (RIM / 256.0) * s.r };
+        }
+        let delta = kappa * s.bound();
         // NaN is vague.
         if !(VAGUE * spread * delta <= s.r) {
             let rim = spread.sqrt() * s.r + MIDDLE * delta;
             return Self { doubt: f64::INFINITY, solid: f64::INFINITY, width: f64::INFINITY, rim };
         }
         let doubt = spread * (DOUBT * s.r * delta + FLOOR);
-        let least = square * (1.0 / 65536.0);
         let solid = if SOLID * doubt > least { SOLID * doubt } else { least };
         let edge = solid.sqrt();
-        let width = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL } * doubt / edge;
+        let width = per_quotient * doubt / edge;
         let rim = RIM * edge;
         Self { doubt, solid, width, rim }
     }
