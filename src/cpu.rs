@@ -4,21 +4,7 @@
 //! at a pixel ends in one of three ways: certainly behind or a miss; certainly in front; or in doubt, and then
 //! [`crate::exact`] decides at once between it and the holder. So the holder is exact at all times, in any order of spheres.
 //!
-//! **Bounds.** `P` is the position bound of [`crate::project`], u = 2^-53, all in view lengths.
-//!
-//! *Orthographic.* `dx = sx - x` is within `D = P` of the truth. For `d^2 = dx^2 + dy^2 <= 4 r^2`,
-//! `q = r^2 - d^2` is within `2 sqrt 2 d D + 2 D^2 + 4 u (r^2 + d^2) <= E = 6 r D + 2 D^2 + 32 u r^2` of the truth. Farther out
-//! the truth is below `-3/4 d^2` and the error below `0.1 d^2` as long as `D <= r / 16`, so that `q < -E` still holds.
-//! A larger `D` makes the sphere *vague*: `E` is infinite and every pixel of its box is decided exactly.
-//!
-//! *Perspective*, with `dir = (sx, sy, 1)`, `a = |dir|^2`, `K = 1 + max |s|`: `n = z sx - x` and `m = y - z sy` are within
-//! `D = K P`, `k = n sy + m sx` within `2 K D + 10 u K |n, m|`, and `q = a r^2 - (n^2 + m^2 + k^2)` within
-//! `E = 12 K^2 r D + 6 K^2 D^2 + 300 u K^3 r^2`, where the sum is at most `4 a r^2`; vague when `K D > r / 64`.
-//! Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a division; `b` is within `2 K P`.
-//!
-//! *Depth.* A hit is *solid* if `q >= T = max(4 E, 2^-16 r^2)`: then it is certain, and its square root is within
-//! `E / sqrt T + u K r` of the truth, so that its depth is within `W = E / sqrt T + 4 K P + 2 u K r`. The few hits between
-//! `-E` and `T` are no nearer than `b - sqrt(T + E) - W`; if that is not enough to reject them, they are decided exactly.
+//! The bounds are derived in [`crate::filter`].
 
 use std::{ops::Range, sync::Mutex, time::Instant};
 
@@ -28,7 +14,7 @@ use crate::{
     bins::{Binner, Entry, Keep, Lists, Window, Workspace, split},
     camera::{Projection, Region, View},
     exact::decide::{Ball, Hit, Root, Tally, Truth},
-    project::{FLOOR, Projected, U},
+    filter::{BACK, Look, Margins, Row, length},
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
     simd::{self, LANES, Lanes},
@@ -361,44 +347,6 @@ struct PaintTile<'a> {
     tally: Tally,
 }
 
-/// The bounds of one sphere; see the file's head.
-#[derive(Clone, Copy)]
-pub(crate) struct Margins {
-    /// `E`.
-    pub(crate) doubt: f64,
-    /// `T`.
-    pub(crate) solid: f64,
-    /// `W`.
-    pub(crate) width: f64,
-    /// A hit that is not solid begins no nearer than `b` less this.
-    pub(crate) rim: f64,
-}
-
-impl Margins {
-    #[inline(always)]
-    pub(crate) fn new<const PERSPECTIVE: bool>(s: &Projected, kappa: f64) -> Self {
-        let (position, square) = (s.bound(), s.r * s.r);
-        let (delta, doubt, vague) = if PERSPECTIVE {
-            let (delta, wide) = (kappa * position, kappa * kappa);
-            let doubt = 12.0 * wide * s.r * delta + 6.0 * wide * delta * delta + 300.0 * U * wide * kappa * square;
-            (delta, doubt, kappa * delta > s.r / 64.0)
-        } else {
-            let doubt = 6.0 * s.r * position + 2.0 * position * position + 32.0 * U * square;
-            (position, doubt, position > s.r / 16.0)
-        };
-        if vague {
-            let rim = kappa * 2.0 * s.r + 8.0 * kappa * delta;
-            return Self { doubt: f64::INFINITY, solid: f64::INFINITY, width: f64::INFINITY, rim };
-        }
-        let doubt = doubt + FLOOR;
-        let least = square * (1.0 / 65536.0);
-        let solid = if 4.0 * doubt > least { 4.0 * doubt } else { least };
-        let width = (doubt / solid.sqrt() + 4.0 * kappa * position + 2.0 * U * kappa * s.r) * (1.0 + 1e-9);
-        let rim = (solid + doubt).sqrt() * (1.0 + 1e-9) + width;
-        Self { doubt, solid, width, rim }
-    }
-}
-
 impl PaintTile<'_> {
     #[inline(always)]
     fn run<L: Lanes, const PERSPECTIVE: bool>(mut self) -> Tally {
@@ -451,11 +399,9 @@ impl PaintTile<'_> {
             for row in y..y + BLOCK {
                 let high = L::load(&self.state.high[row * SIDE + x..]);
                 let depth = if PERSPECTIVE {
-                    // From t a back to t; a few roundings, made up for on the side of safety.
-                    let sy = rows[row];
-                    let a = sx.mul(sx).add(L::splat(1.0 + sy * sy));
-                    let depth = high.div(a);
-                    depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(16.0 * U)))
+                    // From t a back to t.
+                    let depth = high.div(length(sx, rows[row]));
+                    depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(BACK)))
                 } else {
                     high
                 };
@@ -464,7 +410,7 @@ impl PaintTile<'_> {
             }
             let farthest = farthest.greatest();
             // Screens so wide that |dir|^2 overflows have no depths to go by.
-            let usable = self.painter.binner.projector.kappa < 1e70;
+            let usable = self.painter.binner.projector.screen.kappa < 1e70;
             self.depths.blocks[block] = if usable { farthest } else { f64::INFINITY };
         }
         self.depths.farthest = self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -485,9 +431,7 @@ impl PaintTile<'_> {
         corner: [usize; 2],
     ) {
         let s = &entry.sphere;
-        let kappa = self.painter.binner.projector.kappa;
-        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, kappa);
-        let square = s.r * s.r;
+        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, self.painter.binner.projector.screen);
         let front = L::splat(s.nearest());
         let id = f64::from(entry.index);
         // A holder that turned out to be the same sphere.
@@ -495,24 +439,12 @@ impl PaintTile<'_> {
         let [left, right, top, bottom] = entry.window.map(usize::from);
         let zero = L::splat(0.0);
         for row in top..=bottom {
-            // Per row: the part of q that does not change along it.
-            let sy = rows[row];
-            let (m, along) = if PERSPECTIVE { (s.y - s.z * sy, s.y * sy + s.z) } else { (sy - s.y, s.z) };
-            let (fixed, over) = if PERSPECTIVE { (m * m, 1.0 + sy * sy) } else { (square - m * m, 0.0) };
+            let line = Row::new::<PERSPECTIVE>(s, rows[row]);
             for first in (left / LANES * LANES..=right).step_by(LANES) {
                 let at = row * SIDE + first;
                 let sx = L::load(&columns[first..]);
                 let high = L::load(&self.state.high[at..]);
-                let (q, b) = if PERSPECTIVE {
-                    let n = L::splat(s.z).mul(sx).sub(L::splat(s.x));
-                    let cross = n.mul(L::splat(sy)).add(L::splat(m).mul(sx));
-                    let apart = L::splat(fixed).add(n.mul(n)).add(cross.mul(cross));
-                    let q = L::splat(over).add(sx.mul(sx)).mul(L::splat(square)).sub(apart);
-                    (q, L::splat(s.x).mul(sx).add(L::splat(along)))
-                } else {
-                    let dx = sx.sub(L::splat(s.x));
-                    (L::splat(fixed).sub(dx.mul(dx)), L::splat(along))
-                };
+                let (q, b) = line.meet::<L, PERSPECTIVE>(sx);
                 // The nearest that parallel rays can meet; a square root would tell more, at a price.
                 let behind = if PERSPECTIVE { 0 } else { high.less(front) };
                 let miss = q.less(L::splat(-doubt)) | behind;
@@ -569,53 +501,16 @@ impl PaintTile<'_> {
     ) {
         let s = &entry.sphere;
         let projector = &self.painter.binner.projector;
-        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, projector.kappa);
-        let square = s.r * s.r;
+        let margins = Margins::new::<PERSPECTIVE>(s, projector.screen);
         let [left, right, top, bottom] = entry.window.map(usize::from);
         for row in top..=bottom {
-            let sy = rows[row];
+            let line = Row::new::<PERSPECTIVE>(s, rows[row]);
             for column in left..=right {
                 let (sx, at) = (columns[column], row * SIDE + column);
-                let (q, b, a) = if PERSPECTIVE {
-                    let (n, m) = (s.z * sx - s.x, s.y - s.z * sy);
-                    let (cross, a) = (n * sy + m * sx, 1.0 + sx * sx + sy * sy);
-                    (a * square - (m * m + n * n + cross * cross), s.x * sx + s.y * sy + s.z, a)
-                } else {
-                    let (dx, dy) = (sx - s.x, sy - s.y);
-                    (square - (dx * dx + dy * dy), s.z, 1.0)
-                };
-                if q < -doubt || b - rim.max(q.max(0.0).sqrt() + width) > self.state.high[at] {
-                    continue;
-                }
-                let root = q.max(0.0).sqrt();
-                // The planes in the units of the depths, with the bounds of their own roundings.
-                let [near, far] = [projector.near, projector.far].map(|plane| {
-                    let plane = plane * a;
-                    if plane == f64::INFINITY {
-                        (plane, plane)
-                    } else {
-                        (plane * (1.0 - 8.0 * U), plane * (1.0 + 8.0 * U))
-                    }
-                });
-                let inside = |depth: f64| depth - width >= near.1 && depth + width <= far.0;
-                let outside = |depth: f64| depth + width < near.0 || depth - width > far.1;
-                let (first, second) = (b - root, b + root);
-                let depth = if q < solid {
-                    None
-                } else if inside(first) {
-                    Some(first)
-                } else if first - width > far.1 || (outside(first) && outside(second)) {
-                    continue;
-                } else if first + width < near.0 && inside(second) {
-                    Some(second)
-                } else {
-                    None
-                };
-                match depth {
-                    Some(depth) if depth - width > self.state.high[at] => {}
-                    Some(depth) if depth + width < self.state.low[at] => {
-                        self.state.high[at] = depth + width;
-                        self.state.low[at] = depth - width;
+                match line.look::<PERSPECTIVE>(&margins, [projector.near, projector.far], self.state.high[at], sx) {
+                    Look::Gone => {}
+                    Look::Seen([low, high]) if high < self.state.low[at] => {
+                        (self.state.low[at], self.state.high[at]) = (low, high);
                         self.state.id[at] = f64::from(entry.index);
                         self.touch(row, column);
                     }

@@ -4,6 +4,7 @@ pub mod camera;
 pub mod cli;
 pub mod cpu;
 pub mod exact;
+pub mod filter;
 pub mod fov;
 pub mod frame;
 pub mod gpu;

@@ -96,6 +96,7 @@ impl Device {
     pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
         match choice {
             DeviceChoice::Cpu => Ok(Self::Cpu(Cpu::default())),
+            DeviceChoice::Auto if !crate::gpu::adapters::may_have_hardware() => Ok(Self::Cpu(Cpu::default())),
             DeviceChoice::Auto => {
                 Ok(Gpu::open(choice).map_or_else(|_| Self::Cpu(Cpu::default()), |gpu| Self::Gpu(Box::new(gpu))))
             }

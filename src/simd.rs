@@ -6,20 +6,46 @@
 /// How many numbers are in a vector.
 pub const LANES: usize = 8;
 
-/// Eight f64, and masks of eight bits for comparisons (false where an operand is NaN).
-pub trait Lanes: Copy {
-    /// The same number eight times.
+/// One f64 or several: what the formulas of [`crate::filter`] are written in.
+pub trait Number: Copy {
+    /// The same number in every place.
     fn splat(value: f64) -> Self;
-    /// The first eight of a slice.
-    fn load(from: &[f64]) -> Self;
-    /// Into the first eight of a slice.
-    fn store(self, to: &mut [f64]);
     /// Sum.
     fn add(self, other: Self) -> Self;
     /// Difference.
     fn sub(self, other: Self) -> Self;
     /// Product.
     fn mul(self, other: Self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self + other
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self - other
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self * other
+    }
+}
+
+/// Eight f64, and masks of eight bits for comparisons (false where an operand is NaN).
+pub trait Lanes: Number {
+    /// The first eight of a slice.
+    fn load(from: &[f64]) -> Self;
+    /// Into the first eight of a slice.
+    fn store(self, to: &mut [f64]);
     /// Quotient.
     fn div(self, other: Self) -> Self;
     /// Square root, correctly rounded.
@@ -78,20 +104,10 @@ impl Plain {
     }
 }
 
-impl Lanes for Plain {
+impl Number for Plain {
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self([value; LANES])
-    }
-
-    #[inline(always)]
-    fn load(from: &[f64]) -> Self {
-        Self(std::array::from_fn(|k| from[k]))
-    }
-
-    #[inline(always)]
-    fn store(self, to: &mut [f64]) {
-        to[..LANES].copy_from_slice(&self.0);
     }
 
     #[inline(always)]
@@ -107,6 +123,18 @@ impl Lanes for Plain {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         self.both(other, |a, b| a * b)
+    }
+}
+
+impl Lanes for Plain {
+    #[inline(always)]
+    fn load(from: &[f64]) -> Self {
+        Self(std::array::from_fn(|k| from[k]))
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        to[..LANES].copy_from_slice(&self.0);
     }
 
     #[inline(always)]
@@ -148,7 +176,7 @@ mod x86 {
         _mm512_sqrt_pd, _mm512_storeu_pd, _mm512_sub_pd,
     };
 
-    use super::{LANES, Lanes, Work};
+    use super::{LANES, Lanes, Number, Work};
 
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2")]
     pub fn with_avx512<W: Work>(work: W) -> W::Output {
@@ -176,22 +204,10 @@ mod x86 {
         };
     }
 
-    impl Lanes for Avx512 {
+    impl Number for Avx512 {
         #[inline(always)]
         fn splat(value: f64) -> Self {
             vector!(Self(_mm512_set1_pd(value)))
-        }
-
-        #[inline(always)]
-        fn load(from: &[f64]) -> Self {
-            let from = &from[..LANES];
-            vector!(Self(_mm512_loadu_pd(from.as_ptr())))
-        }
-
-        #[inline(always)]
-        fn store(self, to: &mut [f64]) {
-            let to = &mut to[..LANES];
-            vector!(_mm512_storeu_pd(to.as_mut_ptr(), self.0));
         }
 
         #[inline(always)]
@@ -207,6 +223,20 @@ mod x86 {
         #[inline(always)]
         fn mul(self, other: Self) -> Self {
             vector!(Self(_mm512_mul_pd(self.0, other.0)))
+        }
+    }
+
+    impl Lanes for Avx512 {
+        #[inline(always)]
+        fn load(from: &[f64]) -> Self {
+            let from = &from[..LANES];
+            vector!(Self(_mm512_loadu_pd(from.as_ptr())))
+        }
+
+        #[inline(always)]
+        fn store(self, to: &mut [f64]) {
+            let to = &mut to[..LANES];
+            vector!(_mm512_storeu_pd(to.as_mut_ptr(), self.0));
         }
 
         #[inline(always)]
@@ -235,25 +265,10 @@ mod x86 {
         }
     }
 
-    impl Lanes for Avx2 {
+    impl Number for Avx2 {
         #[inline(always)]
         fn splat(value: f64) -> Self {
             vector!(Self(_mm256_set1_pd(value), _mm256_set1_pd(value)))
-        }
-
-        #[inline(always)]
-        fn load(from: &[f64]) -> Self {
-            let from = &from[..LANES];
-            vector!(Self(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from[4..].as_ptr())))
-        }
-
-        #[inline(always)]
-        fn store(self, to: &mut [f64]) {
-            let to = &mut to[..LANES];
-            vector!({
-                _mm256_storeu_pd(to.as_mut_ptr(), self.0);
-                _mm256_storeu_pd(to[4..].as_mut_ptr(), self.1);
-            });
         }
 
         #[inline(always)]
@@ -269,6 +284,23 @@ mod x86 {
         #[inline(always)]
         fn mul(self, other: Self) -> Self {
             vector!(Self(_mm256_mul_pd(self.0, other.0), _mm256_mul_pd(self.1, other.1)))
+        }
+    }
+
+    impl Lanes for Avx2 {
+        #[inline(always)]
+        fn load(from: &[f64]) -> Self {
+            let from = &from[..LANES];
+            vector!(Self(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from[4..].as_ptr())))
+        }
+
+        #[inline(always)]
+        fn store(self, to: &mut [f64]) {
+            let to = &mut to[..LANES];
+            vector!({
+                _mm256_storeu_pd(to.as_mut_ptr(), self.0);
+                _mm256_storeu_pd(to[4..].as_mut_ptr(), self.1);
+            });
         }
 
         #[inline(always)]

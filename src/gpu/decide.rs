@@ -1,6 +1,6 @@
 //! The pixels that the device's filter left over: decided on the host among the spheres of their tiles.
 //!
-//! First by f64 with the bounds of the native device ([`crate::cpu`]), and where those do not tell, exactly. As there, the holder of a
+//! First by f64 with the bounds of the native device ([`crate::filter`]), and where those do not tell, exactly. As there, the holder of a
 //! pixel is exact at all times, so lists may come in any order and in any number of waves.
 
 use rayon::prelude::*;
@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::lists::Wave;
 use crate::{
     camera::{Projection, Region},
-    cpu::Margins,
     exact::decide::{Ball, Tally, Truth},
+    filter::{Look, Margins, Row},
     plan::{NONE, TILE, UNDECIDED},
     project::{Projected, Projector},
     scene::Scene,
@@ -107,54 +107,28 @@ impl Candidate {
     fn new(projector: &Projector, index: u32, ball: Ball) -> Self {
         let sphere = projector.project(ball.center, ball.radius);
         let margins = match projector.projection {
-            Projection::Orthographic => Margins::new::<false>(&sphere, projector.kappa),
-            Projection::Perspective => Margins::new::<true>(&sphere, projector.kappa),
+            Projection::Orthographic => Margins::new::<false>(&sphere, projector.screen),
+            Projection::Perspective => Margins::new::<true>(&sphere, projector.screen),
         };
         Self { index, ball, sphere, margins }
     }
 
     /// Takes the pixel if it is nearer than the holder; as `PaintTile::clipped` of the native device, pixel by pixel.
     fn meet(&self, scene: &Scene, truth: &Truth, projector: &Projector, cell: &mut Cell, tally: &mut Tally) {
-        let (s, Margins { doubt, solid, width, rim }) = (&self.sphere, self.margins);
         let (sx, sy) = (projector.columns[cell.column as usize], projector.rows[cell.row as usize]);
-        let (q, b, a) = match projector.projection {
-            Projection::Perspective => {
-                let (n, m) = (s.z * sx - s.x, s.y - s.z * sy);
-                let (cross, a) = (n * sy + m * sx, 1.0 + sx * sx + sy * sy);
-                (a * s.r * s.r - (m * m + n * n + cross * cross), s.x * sx + s.y * sy + s.z, a)
-            }
+        let planes = [projector.near, projector.far];
+        let look = match projector.projection {
             Projection::Orthographic => {
-                let (dx, dy) = (sx - s.x, sy - s.y);
-                (s.r * s.r - (dx * dx + dy * dy), s.z, 1.0)
+                Row::new::<false>(&self.sphere, sy).look::<false>(&self.margins, planes, cell.high, sx)
+            }
+            Projection::Perspective => {
+                Row::new::<true>(&self.sphere, sy).look::<true>(&self.margins, planes, cell.high, sx)
             }
         };
-        let root = q.max(0.0).sqrt();
-        if q < -doubt || b - rim.max(root + width) > cell.high {
-            return;
-        }
-        // The planes in the units of the depths, with the bounds of their own roundings.
-        let [near, far] = [projector.near * a, projector.far * a].map(|plane| {
-            let wide = if plane == f64::INFINITY { 0.0 } else { plane * 1e-15 };
-            [plane - wide, plane + wide]
-        });
-        let inside = |depth: f64| depth - width >= near[1] && depth + width <= far[0];
-        let outside = |depth: f64| depth + width < near[0] || depth - width > far[1];
-        let (first, second) = (b - root, b + root);
-        let depth = if q < solid {
-            None
-        } else if inside(first) {
-            Some(first)
-        } else if first - width > far[1] || (outside(first) && outside(second)) {
-            return;
-        } else if first + width < near[0] && inside(second) {
-            Some(second)
-        } else {
-            None
-        };
-        match depth {
-            Some(depth) if depth - width > cell.high => {}
-            Some(depth) if depth + width < cell.low => {
-                (cell.low, cell.high, cell.holder) = (depth - width, depth + width, Some(self.index));
+        match look {
+            Look::Gone => {}
+            Look::Seen([low, high]) if high < cell.low => {
+                (cell.low, cell.high, cell.holder) = (low, high, Some(self.index));
             }
             _ => self.settle(scene, truth, projector, cell, tally),
         }
