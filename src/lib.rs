@@ -1,4 +1,5 @@
 //! Pictures of spheres in which every pixel is exactly right.
+pub mod bench;
 pub mod bins;
 pub mod camera;
 pub mod cli;
@@ -17,3 +18,5 @@ pub mod render;
 pub mod scene;
 pub mod shader;
 pub mod simd;
+#[cfg(feature = "window")]
+pub mod view;

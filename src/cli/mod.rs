@@ -4,10 +4,13 @@
 //! standard error.
 
 mod args;
+mod bench;
 mod info;
 mod make;
 mod progress;
 mod render;
+#[cfg(feature = "window")]
+mod view;
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -18,6 +21,7 @@ use std::{
 use clap::{CommandFactory, Parser};
 
 use crate::{
+    bench::speed::BenchError,
     load::LoadError,
     output::OutputError,
     render::{DeviceError, DrawError},
@@ -38,9 +42,19 @@ enum Failure {
     /// A device that failed.
     #[error("{0}")]
     Draw(#[from] DrawError),
+    /// A check that did not come out as it must.
+    #[error("{0}")]
+    Check(String),
+    /// A measurement that could not be made.
+    #[error("{0}")]
+    Bench(#[from] BenchError),
     /// Output.
     #[error("{0}")]
     Output(#[from] OutputError),
+    /// No window.
+    #[cfg(feature = "window")]
+    #[error("{0}")]
+    View(#[from] crate::view::ViewError),
 }
 
 impl Failure {
@@ -48,7 +62,15 @@ impl Failure {
         match self {
             Self::Usage(_) | Self::Load(_) => 2,
             Self::Device(_) | Self::Draw(_) => 3,
+            Self::Check(_) => 1,
+            Self::Bench(error) => match error {
+                BenchError::Device(_) | BenchError::Draw(_) => 3,
+                BenchError::Process { .. } => 1,
+                BenchError::Io(_) => 4,
+            },
             Self::Output(_) => 4,
+            #[cfg(feature = "window")]
+            Self::View(_) => 3,
         }
     }
 
@@ -67,8 +89,11 @@ pub fn main() -> ExitCode {
     let start = Instant::now();
     let result = match args::Args::parse().command {
         args::Command::Render(args) => args.request().and_then(|request| render::run(&request, start)),
+        #[cfg(feature = "window")]
+        args::Command::View(args) => view::run(&args),
         args::Command::Info => info::run(),
         args::Command::Make(args) => make::run(&args),
+        args::Command::Bench(args) => bench::run(args),
         args::Command::Completions { shell } => completions(shell),
     };
     match result {
