@@ -25,11 +25,11 @@ use crate::{
 /// Relative bound of view-space coordinates; see the file's head.
 const POSITION: f64 = 8.0 * U;
 /// A footprint is wider than a sphere by this many position bounds, see the file's head.
-const REACH: f64 = 1.5;
+pub const REACH: f64 = 1.5;
 /// And by this many pixels.
-const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
+pub const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
 /// Bound of the slopes of tangents, see [`slopes`].
-const SLOPE: f64 = 12.0 * U;
+pub const SLOPE: f64 = 12.0 * U;
 /// Half a unit in the last place of 1.
 pub const U: f64 = f64::EPSILON / 2.0;
 /// Covers underflow in squares: what is smaller is in doubt.
@@ -328,7 +328,7 @@ impl Projector {
 /// `(z - r) (z + r)` within 3 u of itself, the root times `r` is within 4 u, the divisor's inverse with the product within
 /// 5 u, and so the slope within `11 u (|x z| + r sqrt(..)) / (z^2 - r^2)`, its sum with the bound included.
 #[inline(always)]
-fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
+pub fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
     // NaN wraps.
     let wraps = !(z - r > 0.0);
     let square = (z - r) * (z + r);
