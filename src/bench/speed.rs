@@ -71,6 +71,8 @@ pub struct Settings {
     pub most: usize,
     /// A small matrix.
     pub quick: bool,
+    /// Whether baselines are measured too.
+    pub baselines: bool,
     /// The devices.
     pub devices: Vec<Contender>,
     /// This program, to be run.
@@ -383,6 +385,7 @@ impl Bench<'_> {
         // Slow ones are not run as often.
         let naive_frames = match naive_work {
             0 => 0,
+            _ if !settings.baselines => 0,
             work if work > naive_limit => 0,
             work if work > naive_limit / 5 => settings.frames.min(1),
             _ => settings.frames.min(3),

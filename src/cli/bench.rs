@@ -72,6 +72,10 @@ struct SpeedArgs {
     #[arg(long)]
     quick: bool,
 
+    /// Leave out the baselines
+    #[arg(long)]
+    no_baselines: bool,
+
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
@@ -137,6 +141,7 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
         runs: args.runs,
         most: args.max,
         quick: args.quick,
+        baselines: !args.no_baselines,
         devices,
         program,
     };
