@@ -12,10 +12,15 @@ use rayon::prelude::*;
 use crate::{
     camera::Region,
     exact::decide::Truth,
-    project::{BATCH, Batch, Projected, Projector},
+    project::{BATCH, Batch, Projected, Projector, U},
     scene::Scene,
     simd,
 };
+
+/// Relative bound of the edge of a slab, see [`Grid::slab_start`].
+const EDGE: f64 = 4.0 * U;
+/// A tile misses a disc if it is farther from the middle than the radius by this many position bounds, see [`Binner::misses`].
+const APART: f64 = 2.0;
 
 /// The tiles and slabs of a region.
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +66,9 @@ impl Grid {
         self.columns as usize * self.rows as usize
     }
 
+    /// The slab of what begins at a depth.
     #[inline(always)]
-    fn slab(&self, nearest: f64) -> u32 {
+    pub fn slab(&self, nearest: f64) -> u32 {
         // A cast of what is below 0 or NaN gives 0.
         (((nearest - self.start) * self.per_depth) as i32).clamp(0, self.slabs as i32 - 1) as u32
     }
@@ -72,9 +78,11 @@ impl Grid {
         if slab == 0 {
             return f64::NEG_INFINITY;
         }
-        // The slab's rounding is a few parts in 2^53 of the depths that enter it.
-        let exact = self.start + f64::from(slab) / self.per_depth;
-        exact - 1e-12 * (exact.abs() + self.start.abs() + 1.0 / self.per_depth)
+        // Above the slab's edge by `slab`: the difference and the product there are within 2 u of it, the quotient here within
+        // u, and the sums round by u of what they give.
+        let depth = f64::from(slab) / self.per_depth;
+        let edge = self.start + depth;
+        edge - EDGE * (depth + edge.abs())
     }
 }
 
@@ -337,7 +345,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
     type Output = usize;
 
     #[inline(always)]
-    fn run(mut self) -> usize {
+    fn run<L: simd::Lanes>(mut self) -> usize {
         let Binner { projector, grid, .. } = self.binner;
         let last_tile = grid.tiles() - 1;
         let mut batch = Batch::default();
@@ -417,7 +425,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> Visit<'_, K
 impl Binner<'_> {
     /// Whether a tile inside a sphere's bounding box lies outside its disc, for certain; only told for parallel rays.
     #[inline(always)]
-    fn misses(&self, sphere: &Projected, column: i32, row: i32) -> bool {
+    pub fn misses(&self, sphere: &Projected, column: i32, row: i32) -> bool {
         if self.projector.projection == crate::camera::Projection::Perspective {
             return false;
         }
@@ -428,9 +436,10 @@ impl Binner<'_> {
         let apart = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
         let dx = apart(columns[first(column)], columns[last(column, width)], sphere.x);
         let dy = apart(rows[last(row, height)], rows[first(row)], sphere.y);
-        // Each of dx, dy is within `bound` of the truth, and so is the radius.
-        let reach = sphere.r + 4.0 * sphere.bound();
-        dx * dx + dy * dy > reach * reach * (1.0 + 1e-12)
+        // Each of dx, dy is within `7 u L + 3 u |dx|` of the truth (see `crate::filter`), so that the distance is within
+        // `sqrt 2 (7 u L) + 4.3 u d`; the squares and their sums round by 6 u, or 3 u as distances, the radius's sum by u.
+        let reach = sphere.r + APART * sphere.bound();
+        dx * dx + dy * dy > reach * reach
     }
 }
 

@@ -4,21 +4,7 @@
 //! at a pixel ends in one of three ways: certainly behind or a miss; certainly in front; or in doubt, and then
 //! [`crate::exact`] decides at once between it and the holder. So the holder is exact at all times, in any order of spheres.
 //!
-//! **Bounds.** `P` is the position bound of [`crate::project`], u = 2^-53, all in view lengths.
-//!
-//! *Orthographic.* `dx = sx - x` is within `D = P` of the truth. For `d^2 = dx^2 + dy^2 <= 4 r^2`,
-//! `q = r^2 - d^2` is within `2 sqrt 2 d D + 2 D^2 + 4 u (r^2 + d^2) <= E = 6 r D + 2 D^2 + 32 u r^2` of the truth. Farther out
-//! the truth is below `-3/4 d^2` and the error below `0.1 d^2` as long as `D <= r / 16`, so that `q < -E` still holds.
-//! A larger `D` makes the sphere *vague*: `E` is infinite and every pixel of its box is decided exactly.
-//!
-//! *Perspective*, with `dir = (sx, sy, 1)`, `a = |dir|^2`, `K = 1 + max |s|`: `n = z sx - x` and `m = y - z sy` are within
-//! `D = K P`, `k = n sy + m sx` within `2 K D + 10 u K |n, m|`, and `q = a r^2 - (n^2 + m^2 + k^2)` within
-//! `E = 12 K^2 r D + 6 K^2 D^2 + 300 u K^3 r^2`, where the sum is at most `4 a r^2`; vague when `K D > r / 64`.
-//! Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a division; `b` is within `2 K P`.
-//!
-//! *Depth.* A hit is *solid* if `q >= T = max(4 E, 2^-16 r^2)`: then it is certain, and its square root is within
-//! `E / sqrt T + u K r` of the truth, so that its depth is within `W = E / sqrt T + 4 K P + 2 u K r`. The few hits between
-//! `-E` and `T` are no nearer than `b - sqrt(T + E) - W`; if that is not enough to reject them, they are decided exactly.
+//! The bounds are derived in [`crate::filter`].
 
 use std::{marker::PhantomData, ops::Range, sync::Mutex, time::Instant};
 
@@ -27,11 +13,12 @@ use rayon::prelude::*;
 use crate::{
     bins::{Binner, Entry, Keep, Lists, Window, Workspace, split},
     camera::{Projection, Region, View},
-    exact::decide::{Ball, Pixel, Tally, Truth},
-    project::{FLOOR, Projected, U},
+    exact::decide::{Ball, Hit, Root, Tally, Truth},
+    filter::{BACK, Look, Margins, Row, length},
+    plan::UNDECIDED,
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
-    simd,
+    simd::{self, LANES, Lanes},
 };
 
 /// log2 of the side of a tile.
@@ -42,10 +29,8 @@ const SIDE: usize = 1 << SHIFT;
 const BLOCK: usize = 8;
 /// Blocks a side of a tile.
 const BLOCKS: usize = SIDE / BLOCK;
-/// Pixels tested together.
-const LANES: usize = 8;
-/// No sphere.
-const NONE: u64 = u64::MAX;
+/// No sphere, as an index among f64: the conversion to i32 gives -1.
+const NONE: f64 = -1.0;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
 const WAVE: usize = 1 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
@@ -56,7 +41,7 @@ const BAND: usize = 4 << 20;
 trait Mode: Copy + Send + Sync + 'static {
     /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
     const BOUNDS: bool;
-    /// Whether what the bounds leave open is decided; without, such pixels are [`UNDECIDED`].
+    /// Whether what the bounds leave open is decided; without, such pixels are [`crate::plan::UNDECIDED`].
     const DECIDES: bool;
 }
 
@@ -87,10 +72,8 @@ impl Mode for Uncertified {
     const DECIDES: bool = false;
 }
 
-/// In place of an id by [`Cpu::draw_filter_only`]: the bounds leave open which sphere is nearest.
-pub const UNDECIDED: i32 = -2;
-/// Set in a holder's id where it is one of several that may be nearest; ids themselves are shorter.
-const OPEN: u64 = 1 << 32;
+/// Added to a holder's index where it is one of several that may be nearest; indices themselves are smaller.
+const OPEN: f64 = (1u64 << 32) as f64;
 
 /// Nothing that begins behind these depths is seen in a tile.
 #[derive(Clone, Copy)]
@@ -113,8 +96,8 @@ struct Tile {
     high: [f64; SIDE * SIDE],
     /// Lower bound of it.
     low: [f64; SIDE * SIDE],
-    /// The holder.
-    id: [u64; SIDE * SIDE],
+    /// Index of the holder, as an f64 so that it can be chosen along with the others.
+    id: [f64; SIDE * SIDE],
     /// Blocks whose depth may have become less.
     stale: u32,
 }
@@ -252,17 +235,9 @@ impl Cpu {
         let Sums { tally, tests } = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         drawing.counts.tests += tests;
         drawing.counts.undecided += tally.signs as usize;
-        drawing.counts.exact += tally.ties as usize;
-        drawing.counts.big += tally.big as usize;
+        drawing.counts.small += tally.small as usize;
+        drawing.counts.exact += tally.big as usize;
     }
-}
-
-/// What tiles count.
-#[derive(Default)]
-struct Sums {
-    tally: Tally,
-    /// Pixels that spheres were tested at.
-    tests: u64,
 }
 
 fn milliseconds(since: Instant) -> f64 {
@@ -388,22 +363,29 @@ impl Painter<'_> {
             // SAFETY: inside the ids, checked above; these pixels belong to this tile alone, and the ids outlive the threads.
             let to = unsafe { std::slice::from_raw_parts_mut(canvas.0.add(start), across) };
             for (to, &id) in to.iter_mut().zip(&state.id[row * SIDE..]) {
-                // NONE becomes -1.
-                *to = if !M::DECIDES && id != NONE && id & OPEN != 0 { UNDECIDED } else { id as i32 };
+                *to = if !M::DECIDES && id >= OPEN { UNDECIDED } else { id as i32 };
             }
         }
     }
 
     fn paint_tile<M: Mode>(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile, depths: &mut Depths) {
         let work = PaintTile { painter: self, lists, tile, state, depths, sums: Sums::default() };
-        let Sums { tally, tests } = match self.binner.projector.projection {
-            Projection::Orthographic => simd::dispatch(Ortho::<M>(work, PhantomData)),
-            Projection::Perspective => simd::dispatch(Persp::<M>(work, PhantomData)),
+        let sums = match self.binner.projector.projection {
+            Projection::Orthographic => simd::dispatch(Ortho(work, PhantomData::<M>)),
+            Projection::Perspective => simd::dispatch(Persp(work, PhantomData::<M>)),
         };
-        let mut sums = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        sums.tally += tally;
-        sums.tests += tests;
+        let mut all = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        all.tally += sums.tally;
+        all.tests += sums.tests;
     }
+}
+
+/// What tiles count.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    tally: Tally,
+    /// Pixels that spheres were tested at.
+    tests: u64,
 }
 
 struct Ortho<'a, M>(PaintTile<'a>, PhantomData<M>);
@@ -412,8 +394,8 @@ impl<M: Mode> simd::Work for Ortho<'_, M> {
     type Output = Sums;
 
     #[inline(always)]
-    fn run(self) -> Sums {
-        self.0.run::<false, M>()
+    fn run<L: Lanes>(self) -> Sums {
+        self.0.run::<L, false, M>()
     }
 }
 
@@ -423,10 +405,13 @@ impl<M: Mode> simd::Work for Persp<'_, M> {
     type Output = Sums;
 
     #[inline(always)]
-    fn run(self) -> Sums {
-        self.0.run::<true, M>()
+    fn run<L: Lanes>(self) -> Sums {
+        self.0.run::<L, true, M>()
     }
 }
+
+/// No bounds at all, for `bench`.
+const PLAIN: Margins = Margins { doubt: 0.0, solid: 0.0, width: 0.0, rim: 0.0 };
 
 struct PaintTile<'a> {
     painter: &'a Painter<'a>,
@@ -437,49 +422,9 @@ struct PaintTile<'a> {
     sums: Sums,
 }
 
-/// The bounds of one sphere; see the file's head.
-struct Margins {
-    /// `E`.
-    doubt: f64,
-    /// `T`.
-    solid: f64,
-    /// `W`.
-    width: f64,
-    /// A hit that is not solid begins no nearer than `b` less this.
-    rim: f64,
-}
-
-impl Margins {
-    #[inline(always)]
-    fn new<const PERSPECTIVE: bool, M: Mode>(s: &Projected, kappa: f64) -> Self {
-        if !M::BOUNDS {
-            return Self { doubt: 0.0, solid: 0.0, width: 0.0, rim: 0.0 };
-        }
-        let (position, square) = (s.bound(), s.r * s.r);
-        let (delta, doubt, vague) = if PERSPECTIVE {
-            let (delta, wide) = (kappa * position, kappa * kappa);
-            let doubt = 12.0 * wide * s.r * delta + 6.0 * wide * delta * delta + 300.0 * U * wide * kappa * square;
-            (delta, doubt, kappa * delta > s.r / 64.0)
-        } else {
-            let doubt = 6.0 * s.r * position + 2.0 * position * position + 32.0 * U * square;
-            (position, doubt, position > s.r / 16.0)
-        };
-        if vague {
-            let rim = kappa * 2.0 * s.r + 8.0 * kappa * delta;
-            return Self { doubt: f64::INFINITY, solid: f64::INFINITY, width: f64::INFINITY, rim };
-        }
-        let doubt = doubt + FLOOR;
-        let least = square * (1.0 / 65536.0);
-        let solid = if 4.0 * doubt > least { 4.0 * doubt } else { least };
-        let width = (doubt / solid.sqrt() + 4.0 * kappa * position + 2.0 * U * kappa * s.r) * (1.0 + 1e-9);
-        let rim = (solid + doubt).sqrt() * (1.0 + 1e-9) + width;
-        Self { doubt, solid, width, rim }
-    }
-}
-
 impl PaintTile<'_> {
     #[inline(always)]
-    fn run<const PERSPECTIVE: bool, M: Mode>(mut self) -> Sums {
+    fn run<L: Lanes, const PERSPECTIVE: bool, M: Mode>(mut self) -> Sums {
         let grid = self.painter.binner.grid;
         let (x, y) = (self.tile % grid.columns as usize * SIDE, self.tile / grid.columns as usize * SIDE);
         let projector = &self.painter.binner.projector;
@@ -502,16 +447,13 @@ impl PaintTile<'_> {
                     let [left, right, top, bottom] = entry.window.map(u64::from);
                     let lanes = LANES as u64;
                     self.sums.tests += (right / lanes - left / lanes + 1) * lanes * (bottom - top + 1);
-                    let s = &entry.sphere;
-                    let bound = s.bound();
-                    // The planes may cut it: then every pixel is looked at by itself.
-                    if s.z - s.r - bound <= projector.near || s.z + s.r + bound >= projector.far {
+                    if projector.cuts(&entry.sphere) {
                         self.clipped::<PERSPECTIVE, M>(entry, &columns, &rows, [x, y]);
                     } else {
-                        self.whole::<PERSPECTIVE, M>(entry, &columns, &rows, [x, y]);
+                        self.whole::<L, PERSPECTIVE, M>(entry, &columns, &rows, [x, y]);
                     }
                 }
-                self.freshen::<PERSPECTIVE>(&columns, &rows);
+                self.freshen::<L, PERSPECTIVE>(&columns, &rows);
             }
         }
         self.sums
@@ -519,7 +461,7 @@ impl PaintTile<'_> {
 
     /// Brings the farthest depth of the blocks up to date.
     #[inline(always)]
-    fn freshen<const PERSPECTIVE: bool>(&mut self, columns: &[f64; SIDE], rows: &[f64; SIDE]) {
+    fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, columns: &[f64; SIDE], rows: &[f64; SIDE]) {
         if self.state.stale == 0 {
             return;
         }
@@ -530,22 +472,23 @@ impl PaintTile<'_> {
                 continue;
             }
             let (x, y) = (block % BLOCKS * BLOCK, block / BLOCKS * BLOCK);
-            let mut farthest = [f64::NEG_INFINITY; BLOCK];
+            let sx = L::load(&columns[x..]);
+            let mut farthest = L::splat(f64::NEG_INFINITY);
             for row in y..y + BLOCK {
-                for k in 0..BLOCK {
-                    let mut depth = self.state.high[row * SIDE + x + k];
-                    if PERSPECTIVE {
-                        // From t a back to t; two roundings up.
-                        depth /= 1.0 + columns[x + k] * columns[x + k] + rows[row] * rows[row];
-                        depth += depth.abs() * (16.0 * U);
-                    }
-                    // A pixel outside the region is NaN or negative infinite here and hides nothing.
-                    farthest[k] = if depth > farthest[k] { depth } else { farthest[k] };
-                }
+                let high = L::load(&self.state.high[row * SIDE + x..]);
+                let depth = if PERSPECTIVE {
+                    // From t a back to t.
+                    let depth = high.div(length(sx, rows[row]));
+                    depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(BACK)))
+                } else {
+                    high
+                };
+                // A pixel outside the region is NaN or negative infinite here and hides nothing.
+                farthest = depth.max(farthest);
             }
-            let farthest = farthest.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let farthest = farthest.greatest();
             // Screens so wide that |dir|^2 overflows have no depths to go by.
-            let usable = self.painter.binner.projector.kappa < 1e70;
+            let usable = self.painter.binner.projector.screen.kappa < 1e70;
             self.depths.blocks[block] = if usable { farthest } else { f64::INFINITY };
         }
         self.depths.farthest = self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -558,7 +501,7 @@ impl PaintTile<'_> {
 
     /// A sphere that no plane can cut: the near root, in vector form.
     #[inline(always)]
-    fn whole<const PERSPECTIVE: bool, M: Mode>(
+    fn whole<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         entry: &Entry,
         columns: &[f64; SIDE],
@@ -566,83 +509,73 @@ impl PaintTile<'_> {
         corner: [usize; 2],
     ) {
         let s = &entry.sphere;
-        let kappa = self.painter.binner.projector.kappa;
-        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE, M>(s, kappa);
-        let square = s.r * s.r;
-        let front = s.nearest();
-        let id = u64::from(entry.index);
+        let margins =
+            if M::BOUNDS { Margins::new::<PERSPECTIVE>(s, self.painter.binner.projector.screen) } else { PLAIN };
+        let Margins { doubt, solid, width, rim } = margins;
+        let front = L::splat(s.nearest());
+        let id = f64::from(entry.index);
+        // A holder that turned out to be the same sphere.
+        let mut twin = f64::NAN;
         let [left, right, top, bottom] = entry.window.map(usize::from);
+        let zero = L::splat(0.0);
         for row in top..=bottom {
-            // Per row: the part of q that does not change along it.
-            let sy = rows[row];
-            let (m, along) = if PERSPECTIVE { (s.y - s.z * sy, s.y * sy + s.z) } else { (sy - s.y, s.z) };
-            let (fixed, over) = if PERSPECTIVE { (m * m, 1.0 + sy * sy) } else { (square - m * m, 0.0) };
+            let line = Row::new::<PERSPECTIVE>(s, rows[row]);
             for first in (left / LANES * LANES..=right).step_by(LANES) {
                 let at = row * SIDE + first;
-                let high: &mut [f64; LANES] = (&mut self.state.high[at..at + LANES]).try_into().expect("LANES long");
-                let low: &mut [f64; LANES] = (&mut self.state.low[at..at + LANES]).try_into().expect("LANES long");
-                let ids: &mut [u64; LANES] = (&mut self.state.id[at..at + LANES]).try_into().expect("LANES long");
-                let (mut undecided, mut changed) = ([0u64; LANES], 0u64);
-                let (mut qs, mut bs, mut possible) = ([0.0; LANES], [0.0; LANES], 0u64);
-                for k in 0..LANES {
-                    let sx = columns[first + k];
-                    let (q, b) = if PERSPECTIVE {
-                        let n = s.z * sx - s.x;
-                        let cross = n * sy + m * sx;
-                        let q = (over + sx * sx) * square - (fixed + n * n + cross * cross);
-                        (q, s.x * sx + along)
-                    } else {
-                        let dx = sx - s.x;
-                        (fixed - dx * dx, along)
-                    };
-                    // The nearest that parallel rays can meet; a square root would tell more, at a price.
-                    let behind = !PERSPECTIVE & (front > high[k]);
-                    possible |= u64::from(!((q < -doubt) | behind));
-                    (qs[k], bs[k]) = (q, b);
-                }
-                if possible == 0 {
+                let sx = L::load(&columns[first..]);
+                let high = L::load(&self.state.high[at..]);
+                let (q, b) = line.meet::<L, PERSPECTIVE>(sx);
+                // The nearest that parallel rays can meet; a square root would tell more, at a price.
+                let behind = if PERSPECTIVE { 0 } else { high.less(front) };
+                let miss = q.less(L::splat(-doubt)) | behind;
+                if miss == u8::MAX {
                     continue;
                 }
-                for k in 0..LANES {
-                    let (q, b) = (qs[k], bs[k]);
-                    let root = if q > 0.0 { q } else { 0.0 }.sqrt();
-                    let sure = q >= solid;
-                    let depth = b - root;
-                    let least = if sure { depth - width } else { b - rim };
-                    let most = depth + width;
-                    let win = sure & (most < if M::BOUNDS { low[k] } else { high[k] });
-                    let lose = (q < -doubt) | (least > high[k]);
-                    undecided[k] = u64::from(M::BOUNDS & !(win | lose));
-                    changed |= u64::from(win);
-                    high[k] = if win { most } else { high[k] };
+                let root = q.max(zero).sqrt();
+                // What is NaN is in doubt.
+                let sure = L::splat(solid).less(q);
+                let depth = b.sub(root);
+                let least = L::select(sure, depth.sub(L::splat(width)), b.sub(L::splat(rim)));
+                let most = depth.add(L::splat(width));
+                let low = if M::BOUNDS { L::load(&self.state.low[at..]) } else { high };
+                let win = sure & most.less(low);
+                let lose = miss | high.less(least);
+                if win != 0 {
+                    L::select(win, most, high).store(&mut self.state.high[at..]);
                     if M::BOUNDS {
-                        low[k] = if win { least } else { low[k] };
+                        L::select(win, least, low).store(&mut self.state.low[at..]);
                     }
-                    ids[k] = if win { id } else { ids[k] };
-                }
-                if changed != 0 {
+                    let ids = L::load(&self.state.id[at..]);
+                    L::select(win, L::splat(id), ids).store(&mut self.state.id[at..]);
                     self.touch(row, first);
                 }
-                if undecided.iter().fold(0, |any, &u| any | u) != 0 {
-                    for (k, &undecided) in undecided.iter().enumerate() {
-                        if undecided == 0 {
-                            continue;
-                        }
-                        let at = row * SIDE + first + k;
-                        if M::DECIDES {
-                            self.settle(entry.index, at, corner);
-                        } else {
-                            let depth = bs[k] - qs[k].max(0.0).sqrt();
-                            let sure = qs[k] >= solid;
-                            self.leave_open(
-                                entry.index,
-                                at,
-                                if sure { depth - width } else { bs[k] - rim },
-                                sure,
-                                depth + width,
-                            );
-                        }
+                let mut undecided = !(win | lose);
+                if !M::BOUNDS || undecided == 0 {
+                    continue;
+                }
+                let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
+                least.store(&mut leasts);
+                most.store(&mut mosts);
+                while undecided != 0 {
+                    let k = undecided.trailing_zeros() as usize;
+                    undecided &= undecided - 1;
+                    let at = at + k;
+                    if self.state.id[at] == twin {
+                        // Known to be the same sphere, under another index.
+                        self.state.id[at] = twin.min(id);
+                        continue;
                     }
+                    if !M::DECIDES {
+                        self.leave_open(
+                            entry,
+                            at,
+                            leasts[k],
+                            if sure >> k & 1 == 1 { mosts[k] } else { f64::INFINITY },
+                        );
+                        continue;
+                    }
+                    let depth = (sure >> k & 1 == 1).then_some([leasts[k], mosts[k]]);
+                    twin = self.settle::<PERSPECTIVE>(entry, at, corner, depth).unwrap_or(twin);
                 }
             }
         }
@@ -659,121 +592,86 @@ impl PaintTile<'_> {
     ) {
         let s = &entry.sphere;
         let projector = &self.painter.binner.projector;
-        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE, M>(s, projector.kappa);
-        let square = s.r * s.r;
+        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(s, projector.screen) } else { PLAIN };
         let [left, right, top, bottom] = entry.window.map(usize::from);
         for row in top..=bottom {
-            let sy = rows[row];
+            let line = Row::new::<PERSPECTIVE>(s, rows[row]);
             for column in left..=right {
                 let (sx, at) = (columns[column], row * SIDE + column);
-                let (q, b, a) = if PERSPECTIVE {
-                    let (n, m) = (s.z * sx - s.x, s.y - s.z * sy);
-                    let (cross, a) = (n * sy + m * sx, 1.0 + sx * sx + sy * sy);
-                    (a * square - (m * m + n * n + cross * cross), s.x * sx + s.y * sy + s.z, a)
-                } else {
-                    let (dx, dy) = (sx - s.x, sy - s.y);
-                    (square - (dx * dx + dy * dy), s.z, 1.0)
-                };
-                if q < -doubt || b - rim.max(q.max(0.0).sqrt() + width) > self.state.high[at] {
-                    continue;
-                }
-                let root = q.max(0.0).sqrt();
-                // The planes in the units of the depths, with the bounds of their own roundings.
-                let [near, far] = [projector.near, projector.far].map(|plane| {
-                    let plane = plane * a;
-                    if plane == f64::INFINITY {
-                        (plane, plane)
-                    } else {
-                        (plane * (1.0 - 8.0 * U), plane * (1.0 + 8.0 * U))
-                    }
-                });
-                let inside = |depth: f64| depth - width >= near.1 && depth + width <= far.0;
-                let outside = |depth: f64| depth + width < near.0 || depth - width > far.1;
-                let (first, second) = (b - root, b + root);
-                if !M::BOUNDS {
-                    let seen = |depth: f64| depth >= projector.near * a && depth <= projector.far * a;
-                    let depth = if b - root >= projector.near * a { b - root } else { b + root };
-                    if seen(depth) && depth < self.state.high[at] {
-                        self.state.high[at] = depth;
-                        self.state.id[at] = u64::from(entry.index);
+                match line.look::<PERSPECTIVE>(&margins, [projector.near, projector.far], self.state.high[at], sx) {
+                    Look::Gone => {}
+                    Look::Seen([low, high]) if high < self.state.low[at] => {
+                        (self.state.low[at], self.state.high[at]) = (low, high);
+                        self.state.id[at] = f64::from(entry.index);
                         self.touch(row, column);
                     }
-                    continue;
-                }
-                let depth = if q < solid {
-                    None
-                } else if inside(first) {
-                    Some(first)
-                } else if first - width > far.1 || (outside(first) && outside(second)) {
-                    continue;
-                } else if first + width < near.0 && inside(second) {
-                    Some(second)
-                } else {
-                    None
-                };
-                match depth {
-                    Some(depth) if depth - width > self.state.high[at] => {}
-                    Some(depth) if depth + width < self.state.low[at] => {
-                        self.state.high[at] = depth + width;
-                        self.state.low[at] = depth - width;
-                        self.state.id[at] = u64::from(entry.index);
-                        self.touch(row, column);
-                    }
-                    _ if M::DECIDES => self.settle(entry.index, at, corner),
+                    _ if !M::BOUNDS => {}
+                    _ if !M::DECIDES => self.leave_open(entry, at, f64::NEG_INFINITY, f64::INFINITY),
                     _ => {
-                        let sure = depth.is_some();
-                        let least = b - rim.max(root + width);
-                        self.leave_open(entry.index, at, least, sure, depth.unwrap_or(f64::INFINITY) + width);
+                        self.settle::<PERSPECTIVE>(entry, at, corner, None);
                     }
                 }
             }
         }
     }
 
-    /// For [`FilterOnly`]: a sphere that may be seen, no nearer than `least`; if it is for `sure`, no farther than `most`.
-    #[cold]
-    #[inline(never)]
-    fn leave_open(&mut self, index: u32, at: usize, least: f64, sure: bool, most: f64) {
+    /// For `bench`: the sphere may or may not be the nearest, and begins and ends at these depths at the latest.
+    fn leave_open(&mut self, entry: &Entry, at: usize, least: f64, most: f64) {
         let (holder, state) = (self.state.id[at], &mut *self.state);
-        state.id[at] = OPEN | if holder == NONE { u64::from(index) } else { holder };
-        state.low[at] = if least < state.low[at] { least } else { state.low[at] };
-        if sure && most < state.high[at] {
+        state.id[at] = OPEN + if holder == NONE { f64::from(entry.index) } else { holder % OPEN };
+        state.low[at] = state.low[at].min(least);
+        if most < state.high[at] {
             state.high[at] = most;
             self.touch(at / SIDE, at % SIDE);
         }
     }
 
-    /// Decides exactly between a sphere and the holder of a pixel.
+    /// Decides exactly between a sphere and the holder of a pixel. Answers with the holder if it is the same sphere.
+    ///
+    /// `depth` bounds the depth of a sphere that no plane cuts and that is hit for certain.
     #[cold]
     #[inline(never)]
-    fn settle(&mut self, index: u32, at: usize, [x, y]: [usize; 2]) {
-        let region = self.painter.binner.projector.region;
+    fn settle<const PERSPECTIVE: bool>(
+        &mut self,
+        entry: &Entry,
+        at: usize,
+        [x, y]: [usize; 2],
+        depth: Option<[f64; 2]>,
+    ) -> Option<f64> {
+        let Painter { scene, truth, binner, .. } = *self.painter;
+        let region = binner.projector.region;
         let (column, row) = ((x + at % SIDE) as u32, (y + at / SIDE) as u32);
         if column >= region.width || row >= region.height {
-            return;
+            return None;
         }
-        let scene = self.painter.scene;
-        let ball = Ball::from(scene.sphere(index as usize));
+        let index = f64::from(entry.index);
+        let ball = Ball::from(scene.sphere(entry.index as usize));
         let holder = self.state.id[at];
         let held = (holder != NONE).then(|| Ball::from(scene.sphere(holder as usize)));
         if held == Some(ball) {
-            self.state.id[at] = holder.min(u64::from(index));
-            return;
+            self.state.id[at] = holder.min(index);
+            return Some(holder);
         }
-        let pixel: Pixel = self.painter.truth.pixel(region.x + column, region.y + row);
-        let Some(hit) = pixel.hit(ball, &mut self.sums.tally) else { return };
+        let pixel = truth.pixel(region.x + column, region.y + row);
+        let hit = match depth {
+            Some(_) => Hit::known(ball, Root::Near),
+            None => pixel.hit(ball, &mut self.sums.tally)?,
+        };
         if let Some(held) = held {
-            // The holder was seen when it became the holder.
-            let held = pixel.hit(held, &mut self.sums.tally).expect("the holder of a pixel is hit there");
+            // The holder was seen when it became the holder; which wall is plain where no plane cuts it.
+            let whole = !binner.projector.cuts(&binner.projector.project(held.center, held.radius));
+            let held = match whole {
+                true => Hit::known(held, Root::Near),
+                false => pixel.hit(held, &mut self.sums.tally).expect("the holder of a pixel is hit there"),
+            };
             let order = pixel.order(&hit, &held, &mut self.sums.tally);
-            if order.then(u64::from(index).cmp(&holder)).is_gt() {
-                return;
+            if order.then(index.total_cmp(&holder)).is_gt() {
+                return None;
             }
         }
-        let [low, high] = hit.interval();
-        self.state.low[at] = low;
-        self.state.high[at] = high;
-        self.state.id[at] = u64::from(index);
+        [self.state.low[at], self.state.high[at]] = depth.unwrap_or_else(|| pixel.interval(&hit));
+        self.state.id[at] = index;
         self.touch(at / SIDE, at % SIDE);
+        None
     }
 }

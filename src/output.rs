@@ -177,6 +177,35 @@ pub fn commit(staged: Vec<Staged>) -> Result<(), OutputError> {
     Ok(())
 }
 
+/// Gives a file the first of some names that no file has, all in the folder it was staged for, and returns it. Nothing is
+/// replaced, also not what another program writes at the same time.
+///
+/// # Errors
+/// When the system refuses, or no name is free.
+pub fn commit_new(staged: Staged, names: impl IntoIterator<Item = PathBuf>) -> Result<PathBuf, OutputError> {
+    let Staged { target, body } = staged;
+    let Target::File(path) = &target else {
+        return Err(target.io(io::Error::other("standard output has no name")));
+    };
+    let mut file = match body {
+        Body::Memory(bytes) => {
+            let mut file = beside(path).map_err(|error| target.io(error))?;
+            file.write_all(&bytes).map_err(|error| target.io(error))?;
+            file
+        }
+        Body::Disk(file) => file,
+        Body::Done => return Err(target.io(io::ErrorKind::AlreadyExists.into())),
+    };
+    for name in names {
+        match file.persist_noclobber(&name) {
+            Ok(_) => return Ok(name),
+            Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => file = error.file,
+            Err(error) => return Err(Target::File(name).io(error.error)),
+        }
+    }
+    Err(target.io(io::ErrorKind::AlreadyExists.into()))
+}
+
 /// Memory first, a temporary file when it gets long.
 struct Spool {
     path: PathBuf,
@@ -273,6 +302,21 @@ mod tests {
         commit(vec![staged]).unwrap();
         assert_eq!(fs::read(&target).unwrap(), long);
         assert_eq!(names(folder.path()), ["a.png"]);
+    }
+
+    #[test]
+    fn new_names_replace_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let all: Vec<PathBuf> = ["a", "b", "c"].map(|name| folder.path().join(name)).into();
+        fs::write(&all[1], "old").unwrap();
+        let save = |text: &str| {
+            let staged = Target::File(all[2].clone()).stage(|out| out.write_all(text.as_bytes())).unwrap();
+            commit_new(staged, all.clone())
+        };
+        assert_eq!((save("first").unwrap(), save("second").unwrap()), (all[0].clone(), all[2].clone()));
+        assert!(matches!(save("third"), Err(OutputError::Io { .. })));
+        assert_eq!(all.iter().map(|path| fs::read(path).unwrap()).collect::<Vec<_>>().concat(), b"firstoldsecond");
+        assert_eq!(names(folder.path()), ["a", "b", "c"]);
     }
 
     #[test]

@@ -3,22 +3,33 @@
 //! View space has its origin at the camera, x to the right, y up, z along the view direction; lengths are world units times
 //! a power of two that keeps squares in range (1 unless the scene is extreme).
 //!
-//! **Position bound.** With u = 2^-53: `f = c - o` is within u |f| of the truth; each axis component is within u / 2 of its
-//! own; three products and two sums add at most 3 u |f_k| a term. So each coordinate is within `5 u (|f_x| + |f_y| + |f_z|)`
-//! of the exact one, which is below `5 sqrt 3 u (|x| + |y| + |z|) < 9 u (|x| + |y| + |z|)`. Screen coordinates are within
-//! `2 u |s|`, and near a sphere `|s| <= |x| + 2 r`. [`Projected::bound`] takes 32 u of the sum with r added: what is left
-//! over covers the roundings of `s - x` and `x +- r`, and of computing the bound itself.
+//! **Position bound.** With u = 2^-53: `f = c - o` is within u |f_k| of the truth, an axis component within u of itself; with a
+//! product and at most two sums, a coordinate is within `5 u sum |f_k a_k| <= 5 u |f| <= 5 u L`, `L = |x| + |y| + |z|`.
+//! [`Projected::bound`] is `P = 8 u (L + r)`: the rest covers what is done next, as long as that rounds by no more than
+//! `3 u L + 8 u r`, the bound itself included. So `z - r - P` and `z + r + P` bound the depths of a sphere.
+//!
+//! **Footprints.** `x -+ (r + 1.5 P)` rounds by `u (|x| + 2 r)`; the factor to pixels and the product by another `3 u (|x| + r)`:
+//! in all 9 u L and 5 u r, for which `1.5 P = 12 u (L + r)` is there; in perspective, 7.1 u L and the sum with r, and what
+//! is left, 4 u L, moves a tangent of slope s by at least `4 u (1 + s^2) >= 8 u |s|`, where 3 u |s| is needed. The offset and the sum with the margin round once each,
+//! and as long as the pixel lies on the screen both are below 2^15: [`MARGIN`] is a unit in the last place there.
 
 use glam::DVec3;
 
 use crate::{
     camera::{Projection, Region, View},
     exact::decide::Truth,
+    filter::Screen,
     scene::{Block, Radii, Reals},
 };
 
 /// Relative bound of view-space coordinates; see the file's head.
-const POSITION: f64 = 32.0 * U;
+const POSITION: f64 = 8.0 * U;
+/// A footprint is wider than a sphere by this many position bounds, see the file's head.
+const REACH: f64 = 1.5;
+/// And by this many pixels.
+const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
+/// Bound of the slopes of tangents, see [`slopes`].
+const SLOPE: f64 = 12.0 * U;
 /// Half a unit in the last place of 1.
 pub const U: f64 = f64::EPSILON / 2.0;
 /// Covers underflow in squares: what is smaller is in doubt.
@@ -66,8 +77,8 @@ pub struct Projector {
     pub columns: Vec<f64>,
     /// Screen coordinate of each row of the region, and infinity up to a multiple of 64.
     pub rows: Vec<f64>,
-    /// `1 + max |screen coordinate|` (perspective), or 1.
-    pub kappa: f64,
+    /// How far the screen reaches.
+    pub screen: Screen,
     /// The region.
     pub region: Region,
     origin: DVec3,
@@ -165,10 +176,12 @@ impl Projector {
         };
         let columns = padded(region.width, &|i| sample(truth.view().odd_x(region.x + i), width, across));
         let rows = padded(region.height, &|j| sample(truth.view().odd_y(region.y + j), height, down));
-        let reach = [columns[0], columns[region.width as usize - 1], rows[0], rows[region.height as usize - 1]];
-        let kappa = match camera.projection {
-            Projection::Orthographic => 1.0,
-            Projection::Perspective => 1.0 + reach.into_iter().map(f64::abs).fold(0.0, f64::max),
+        let screen = match camera.projection {
+            Projection::Orthographic => Screen::PARALLEL,
+            Projection::Perspective => {
+                let last = |count: u32| count as usize - 1;
+                Screen::reaching([columns[0], columns[last(region.width)]], [rows[0], rows[last(region.height)]])
+            }
         };
         let axes = truth.axes();
         Self {
@@ -178,7 +191,7 @@ impl Projector {
             far: camera.far * scale,
             columns,
             rows,
-            kappa,
+            screen,
             region,
             origin: camera.origin * scale,
             right: axes.right.nearest(),
@@ -187,6 +200,13 @@ impl Projector {
             column: [across / width, 0.5 * (f64::from(image.width) - 1.0) - f64::from(region.x)],
             row: [-down / height, 0.5 * (f64::from(image.height) - 1.0) - f64::from(region.y)],
         }
+    }
+
+    /// Whether a clip plane may cut a sphere; if not, and it is in the clip range, its near root is what is seen.
+    #[inline(always)]
+    pub fn cuts(&self, s: &Projected) -> bool {
+        let bound = s.bound();
+        !((s.z - s.r - bound > self.near) & (s.z + s.r + bound < self.far))
     }
 
     /// One sphere.
@@ -248,34 +268,42 @@ impl Projector {
 
     /// Fills in the pixels of the region that each sphere of a batch may be seen at; conservative.
     ///
-    /// Out of the clip range: none. Positions on the screen are widened by a millionth of a pixel, far above the roundings
-    /// of the products here wherever they matter (within 1e6 pixels of the region). What is NaN reaches the region's side.
+    /// Out of the clip range: none. What is NaN reaches the region's side.
     #[inline(always)]
     pub fn footprints(&self, batch: &mut Batch) {
         match self.projection {
-            Projection::Orthographic => self.footprints_by(batch, |_, at, _, reach| [at - reach, at + reach]),
-            Projection::Perspective => self.footprints_by(batch, |_, at, z, reach| slopes(at, z, reach)),
+            Projection::Orthographic => self.footprints_by::<false>(batch),
+            Projection::Perspective => self.footprints_by::<true>(batch),
         }
     }
 
+    /// First and last column, first and last row of a sphere, as fractions of pixels of the region; conservative.
     #[inline(always)]
-    fn footprints_by(&self, batch: &mut Batch, extent: impl Fn(&Self, f64, f64, f64) -> [f64; 2]) {
-        const MARGIN: f64 = 1e-6;
+    pub fn extent<const PERSPECTIVE: bool>(&self, s: &Projected) -> [[f64; 2]; 2] {
+        let reach = s.r + REACH * s.bound();
+        let sides = |at: f64| if PERSPECTIVE { slopes(at, s.z, reach) } else { [at - reach, at + reach] };
+        let ([x, y], at) = ([sides(s.x), sides(s.y)], |value: f64, [slope, offset]: [f64; 2]| value * slope + offset);
+        [
+            [at(x[0], self.column) - MARGIN, at(x[1], self.column) + MARGIN],
+            [at(y[1], self.row) - MARGIN, at(y[0], self.row) + MARGIN],
+        ]
+    }
+
+    #[inline(always)]
+    fn footprints_by<const PERSPECTIVE: bool>(&self, batch: &mut Batch) {
         let last = [f64::from(self.region.width) - 1.0, f64::from(self.region.height) - 1.0];
         for k in 0..BATCH {
             let s = batch.sphere(k);
-            let bound = s.bound();
-            let reach = s.r + bound;
+            let reach = s.r + s.bound();
             batch.nearest[k] = s.nearest();
             let hidden = (s.z + reach < self.near) | (s.z - reach > self.far);
-            let (x, y) = (extent(self, s.x, s.z, reach), extent(self, s.y, s.z, reach));
-            let at = |value: f64, [slope, offset]: [f64; 2]| value * slope + offset;
-            let first = |value: f64, last: f64| lesser(greater((value - MARGIN).ceil(), 0.0), last + 1.0);
-            let until = |value: f64, last: f64| greater(lesser((value + MARGIN).floor(), last), -1.0);
-            let left = first(at(x[0], self.column), last[0]);
-            let right = until(at(x[1], self.column), last[0]);
-            let top = first(at(y[1], self.row), last[1]);
-            let bottom = until(at(y[0], self.row), last[1]);
+            let first = |value: f64, last: f64| lesser(greater(value.ceil(), 0.0), last + 1.0);
+            let until = |value: f64, last: f64| greater(lesser(value.floor(), last), -1.0);
+            let [x, y] = self.extent::<PERSPECTIVE>(&s);
+            let left = first(x[0], last[0]);
+            let right = until(x[1], last[0]);
+            let top = first(y[0], last[1]);
+            let bottom = until(y[1], last[1]);
             let right = if hidden { -1.0 } else { right };
             // SAFETY: all four lie between -1 and an image side, by the bounds just taken, and are never NaN.
             unsafe {
@@ -288,18 +316,21 @@ impl Projector {
     }
 }
 
-/// The least and greatest slope `x / z` of rays through the eye that meet a circle of radius `r` about `(x, z)`, widened.
+/// The least and greatest slope `x / z` of rays through the eye that meet a circle of radius `r` about `(x, z)`, widened by
+/// the error; infinite where the circle reaches the eye's plane.
 ///
-/// The tangents are `(x z -+ r sqrt(x^2 + z^2 - r^2)) / (z^2 - r^2)`. With `z - r >= 1e-6 z` the quotient is within
-/// `1e6 * 16 u (1 + |x| / z)` of the truth, far below the widening by 1e-7; with less, the circle may fill the view.
+/// The tangents are `(x z -+ r sqrt(x^2 + z^2 - r^2)) / (z^2 - r^2)`. Nothing cancels but their own difference: with
+/// `(z - r) (z + r)` within 3 u of itself, the root times `r` is within 4 u, the divisor's inverse with the product within
+/// 5 u, and so the slope within `11 u (|x z| + r sqrt(..)) / (z^2 - r^2)`, its sum with the bound included.
 #[inline(always)]
 fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
-    let wraps = (z - r <= 1e-6 * z) | (z <= 0.0);
-    let across = r * (x * x + (z - r) * (z + r)).sqrt();
-    let over = 1.0 / ((z - r) * (z + r));
-    let (low, high) = ((x * z - across) * over, (x * z + across) * over);
-    let wide = 1e-7 * (1.0 + x.abs() / z);
-    let (low, high) = (low - wide * (1.0 + low.abs()), high + wide * (1.0 + high.abs()));
+    // NaN wraps.
+    let wraps = !(z - r > 0.0);
+    let square = (z - r) * (z + r);
+    let across = r * (x * x + square).sqrt();
+    let over = 1.0 / square;
+    let wide = SLOPE * ((x * z).abs() + across) * over;
+    let (low, high) = ((x * z - across) * over - wide, (x * z + across) * over + wide);
     if wraps { [f64::NEG_INFINITY, f64::INFINITY] } else { [low, high] }
 }
 

@@ -3,6 +3,7 @@
 use crate::{
     camera::{Region, View},
     cpu::Cpu,
+    gpu::Gpu,
     scene::Scene,
 };
 
@@ -49,12 +50,12 @@ pub struct Counts {
     pub entries: usize,
     /// Pixels that spheres were tested at, summed over the spheres.
     pub tests: u64,
-    /// Pixels (or pixel and sphere pairs) that the filter left to be decided.
+    /// Questions (the sign of a number) that the filter left to be decided.
     pub undecided: usize,
-    /// Of these, decided by exact integers after 100-bit arithmetic did not tell.
+    /// Of these, decided by 128-bit integers.
+    pub small: usize,
+    /// Of these, decided by algebra in integers of any size, because neither 128-bit integers nor 100 bits could tell.
     pub exact: usize,
-    /// Of these, decided by integers of any size after 128-bit integers did not tell.
-    pub big: usize,
 }
 
 /// Milliseconds of the steps of a picture.
@@ -87,6 +88,8 @@ pub struct Drawing {
 pub enum Device {
     /// The native path.
     Cpu(Cpu),
+    /// wgpu on any adapter.
+    Gpu(Box<Gpu>),
 }
 
 impl Device {
@@ -94,13 +97,23 @@ impl Device {
     ///
     /// # Errors
     /// When none fits.
-    pub fn open(_choice: &DeviceChoice) -> Result<Self, DeviceError> {
-        Ok(Self::Cpu(Cpu::default()))
+    pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+        match choice {
+            DeviceChoice::Cpu => Ok(Self::Cpu(Cpu::default())),
+            DeviceChoice::Auto if !crate::gpu::adapters::may_have_hardware() => Ok(Self::Cpu(Cpu::default())),
+            DeviceChoice::Auto => {
+                Ok(Gpu::open(choice).map_or_else(|_| Self::Cpu(Cpu::default()), |gpu| Self::Gpu(Box::new(gpu))))
+            }
+            DeviceChoice::Gpu | DeviceChoice::Named(_) => Ok(Self::Gpu(Box::new(Gpu::open(choice)?))),
+        }
     }
 
     /// The device in words, for people.
     pub fn description(&self) -> String {
-        "cpu".into()
+        match self {
+            Self::Cpu(_) => "cpu".into(),
+            Self::Gpu(gpu) => gpu.description(),
+        }
     }
 
     /// Draws a region of a view of a scene.
@@ -110,6 +123,7 @@ impl Device {
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         match self {
             Self::Cpu(cpu) => cpu.draw(scene, view, region),
+            Self::Gpu(gpu) => gpu.draw(scene, view, region),
         }
     }
 }

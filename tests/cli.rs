@@ -286,7 +286,7 @@ fn a_closed_pipe_is_success() {
 fn info_and_completions_tell() {
     let folder = tempfile::tempdir().unwrap();
     let info = String::from_utf8(succeed(folder.path(), &["info"]).stdout).unwrap();
-    for word in ["cpu", "gpu", "auto"] {
+    for word in ["cpu", "gpu", "--device auto"] {
         assert!(info.lines().any(|line| line.starts_with(word)), "{info}");
     }
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {

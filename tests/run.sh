@@ -10,11 +10,10 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# One line: the Vulkan loader and Mesa's software device, the X server, the keys. The others: what winit and softbuffer load.
+# The Vulkan loader and Mesa's software device, the X server, the keys; then what winit and softbuffer load.
 packages=(
     libvulkan1 mesa-vulkan-drivers xvfb xdotool
-    libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxext6 libxi6 libxrandr2 libxrender1
-    libxkbcommon0 libxkbcommon-x11-0
+    libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0
 )
 
 say() {

@@ -93,7 +93,7 @@ fn decide(truth: &Truth, binner: &Binner, entry: &Entry, scene: &Scene, [x, y]: 
             };
             state.covered += u64::from(apart <= s.r * s.r);
             // In perspective `apart` may be off by much more than the bound where the screen is wide: then no short cut.
-            let short_cut = orthographic || projector.kappa < 100.0;
+            let short_cut = orthographic || projector.screen.kappa < 100.0;
             if short_cut && apart > reach * reach || s.nearest() > state.high[at] {
                 continue;
             }
@@ -104,7 +104,7 @@ fn decide(truth: &Truth, binner: &Binner, entry: &Entry, scene: &Scene, [x, y]: 
                 .as_ref()
                 .is_none_or(|(holder, held)| pixel.order(&hit, held, &mut tally).then(entry.index.cmp(holder)).is_lt());
             if wins {
-                let high = hit.interval()[1] / a;
+                let high = pixel.interval(&hit)[1] / a;
                 state.high[at] = high + 1e-12 * high.abs();
                 state.best[at] = Some((entry.index, hit));
             }
@@ -133,7 +133,7 @@ impl Wrong {
         let mut wrong = Self::default();
         for (&id, &truth) in ids.iter().zip(exact) {
             match (id, truth) {
-                _ if id == truth || id == crate::cpu::UNDECIDED => {}
+                _ if id == truth || id == crate::plan::UNDECIDED => {}
                 (-1, _) => wrong.missed += 1,
                 (_, -1) => wrong.extra += 1,
                 _ => wrong.swapped += 1,

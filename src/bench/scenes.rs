@@ -223,7 +223,7 @@ impl Recipe {
             }
             Kind::OffScreen => cube(fill(count, |index| beside(unit(index))), same),
             Kind::MostlyOffScreen => {
-                let place = |index: usize| if index % 100 == 0 { unit(index) } else { beside(unit(index)) };
+                let place = |index: usize| if index.is_multiple_of(100) { unit(index) } else { beside(unit(index)) };
                 cube(fill(count, place), same)
             }
             Kind::Hidden | Kind::MostlyHidden => {

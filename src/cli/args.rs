@@ -25,7 +25,7 @@ Exit codes:
   0  done (also when the reader of a pipe stopped reading)
   1  a check failed
   2  bad usage or bad input: the message says where, and the fix
-  3  no usable device
+  3  no usable device, or no display for the window
   4  output could not be written
 
 Data goes to standard output, talk to standard error. Colours follow NO_COLOR.";
@@ -46,6 +46,10 @@ pub(super) enum Command {
     /// Draw a scene file into a PNG and, if asked, into arrays of sphere indices and depths
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Look at a scene in a window, from all sides
+    #[cfg(feature = "window")]
+    #[command(after_long_help = format!("Keys and mouse:\n{}", crate::view::KEYS))]
+    View(ViewArgs),
     /// List the devices found, what each lacks, and which one `--device auto` takes
     Info,
     /// Write the arrays and the scene file of a large example scene
@@ -180,6 +184,28 @@ fn default_output(scene: &Path) -> Result<PathBuf, Failure> {
         }
         _ => Err(Failure::Usage("a scene from standard input has no name to give its picture; add -o OUT.png".into())),
     }
+}
+
+/// `view`, as typed.
+#[cfg(feature = "window")]
+#[derive(ClapArgs)]
+pub(super) struct ViewArgs {
+    /// Scene file (TOML), or - for standard input
+    #[arg(value_hint = clap::ValueHint::FilePath)]
+    pub scene: PathBuf,
+
+    /// Size of the picture in pixels at first, instead of the scene file's
+    ///
+    /// The window begins with it, or smaller if the screen is. Resizing the window keeps the width or height of the view that
+    /// the scene gives (if it gives both, the height and the shape of the pixels) and shows more or less on the other side.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<ImageSize>,
+
+    /// Device that draws: auto, gpu, cpu, or part of an adapter's name
+    ///
+    /// As for `render`; the window itself needs no GPU and no driver.
+    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
+    pub device: DeviceChoice,
 }
 
 /// `make`, as typed.

@@ -1,19 +1,31 @@
-//! `planisphere info`: which devices there are, and which one `auto` takes.
+//! `planisphere info`: which devices there are, what each lacks, and which one `auto` takes.
 
 use super::{Failure, print, render::auto_words};
-use crate::render::{Device, DeviceChoice};
+use crate::{
+    gpu::adapters::adapters,
+    render::{Device, DeviceChoice},
+};
 
-/// Opens each kind of device in turn, and says what came of it.
+/// Lists the native device and every adapter, and opens what `auto` and `gpu` take.
 pub(super) fn run() -> Result<(), Failure> {
-    let mut text = String::new();
-    for (name, choice) in [("cpu", DeviceChoice::Cpu), ("gpu", DeviceChoice::Gpu)] {
-        let words = match Device::open(&choice) {
-            Ok(device) => device.description(),
-            Err(error) => format!("none: {error}"),
+    let threads = rayon::current_num_threads();
+    let mut text = format!("cpu   native, {threads} threads; needs no driver\n");
+    for found in adapters() {
+        let state = match found.lacks.as_slice() {
+            [] => "usable".to_owned(),
+            lacks => format!("not usable: lacks {}", lacks.join(", ")),
         };
-        text += &format!("{name:<6}{words}\n");
+        text += &format!("gpu   {}: {}, {state}\n", found.name, found.kind);
+        for remark in found.remarks {
+            text += &format!("        {remark}\n");
+        }
+    }
+    text += "\n";
+    match Device::open(&DeviceChoice::Gpu) {
+        Ok(device) => text += &format!("--device gpu   takes {}\n", device.description()),
+        Err(error) => text += &format!("--device gpu   {error}\n"),
     }
     let auto = Device::open(&DeviceChoice::Auto)?;
-    text += &format!("{:<6}{}\n", "auto", auto_words(&auto));
+    text += &format!("--device auto  takes {}\n", auto_words(&auto));
     print(&text)
 }

@@ -9,6 +9,8 @@ mod info;
 mod make;
 mod progress;
 mod render;
+#[cfg(feature = "window")]
+mod view;
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -49,6 +51,10 @@ enum Failure {
     /// Output.
     #[error("{0}")]
     Output(#[from] OutputError),
+    /// No window.
+    #[cfg(feature = "window")]
+    #[error("{0}")]
+    View(#[from] crate::view::ViewError),
 }
 
 impl Failure {
@@ -63,6 +69,8 @@ impl Failure {
                 BenchError::Io(_) => 4,
             },
             Self::Output(_) => 4,
+            #[cfg(feature = "window")]
+            Self::View(_) => 3,
         }
     }
 
@@ -81,6 +89,8 @@ pub fn main() -> ExitCode {
     let start = Instant::now();
     let result = match args::Args::parse().command {
         args::Command::Render(args) => args.request().and_then(|request| render::run(&request, start)),
+        #[cfg(feature = "window")]
+        args::Command::View(args) => view::run(&args),
         args::Command::Info => info::run(),
         args::Command::Make(args) => make::run(&args),
         args::Command::Bench(args) => bench::run(args),

@@ -15,10 +15,10 @@
 //! pixel share the scale, so depths compare as `beta_1 -+ sqrt q_1` with `beta_2 -+ sqrt q_2`: a sign of
 //! `x + s sqrt q - t sqrt p` ([`super::field`]). Lengths become integers by one power of two and the pixel counts.
 //!
-//! Three arithmetics are tried in turn: 100 bits with a bound ([`super::dd`]); 128-bit integers where the axes are rational
-//! and the numbers short, as on lattices seen along an axis, where true ties are common; integers of any size.
+//! Three arithmetics are tried in turn: 128-bit integers where the axes are rational and the numbers short ([`super::small`]),
+//! as on lattices seen along an axis, where true ties are common; 100 bits with a bound ([`super::dd`]); integers of any size.
 
-use std::cmp::Ordering;
+use std::{cell::OnceCell, cmp::Ordering};
 
 use dashu_int::{
     IBig, UBig,
@@ -76,33 +76,33 @@ impl Root {
 pub struct Tally {
     /// Signs asked for.
     pub signs: u64,
-    /// Of these, not told by 100 bits.
-    pub ties: u64,
-    /// Of these, not told by 128-bit integers.
+    /// Of these, told by 128-bit integers.
+    pub small: u64,
+    /// Of these, told by integers of any size.
     pub big: u64,
 }
 
 impl std::ops::AddAssign for Tally {
     fn add_assign(&mut self, other: Self) {
         self.signs += other.signs;
-        self.ties += other.ties;
+        self.small += other.small;
         self.big += other.big;
     }
 }
 
 /// A sphere's hit at a pixel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Hit {
     ball: Ball,
     root: Root,
-    /// `t` times a positive factor that all hits of the pixel share.
-    y: Bounded,
+    /// `t` times a positive factor that all hits of the pixel share, to 100 bits, once it is needed.
+    y: OnceCell<Bounded>,
 }
 
 impl Hit {
-    /// Bounds of `t |dir|^2` in view lengths, where `dir` has depth 1 (`|dir| = 1` for parallel rays).
-    pub fn interval(&self) -> [f64; 2] {
-        self.y.bounds()
+    /// A hit that is known for certain: at this root, inside the clip range.
+    pub fn known(ball: Ball, root: Root) -> Self {
+        Self { ball, root, y: OnceCell::new() }
     }
 
     /// Which wall is seen.
@@ -116,8 +116,8 @@ pub struct Truth {
     view: View,
     axes: Axes,
     field: Field,
-    /// The axes in 128 bits, if they are rational and the projection orthographic.
-    small: Option<small::Axes>,
+    /// The view in 128-bit integers, if its axes are rational, its projection orthographic, and its numbers short.
+    small: Option<small::Frame>,
     /// Lengths are multiplied by this power of two before the 100-bit arithmetic.
     scale: f64,
     /// Added to differences if the scaling may underflow.
@@ -148,11 +148,12 @@ impl Truth {
         };
         let (x, y) = (u64::from(view.pitch_x.divisor), u64::from(view.pitch_y.divisor));
         let lcm = x / gcd(x, y) * y;
+        let lcm = [lcm, lcm / x, lcm / y];
         let small = match view.camera.projection {
-            Projection::Orthographic => small::Axes::new(&axes, field.rational()),
+            Projection::Orthographic => small::Frame::new(&axes, field.rational(), view, lcm, exponent),
             Projection::Perspective => None,
         };
-        Self { view: *view, axes, field, small, scale, slack, lcm: [lcm, lcm / x, lcm / y] }
+        Self { view: *view, axes, field, small, scale, slack, lcm }
     }
 
     /// The view.
@@ -172,20 +173,24 @@ impl Truth {
 
     /// The decisions of one pixel.
     pub fn pixel(&self, column: u32, row: u32) -> Pixel<'_> {
-        let sample = |odd: i32, pitch: Pitch| {
+        let odd = [self.view.odd_x(column), self.view.odd_y(row)];
+        Pixel { truth: self, odd, sample: OnceCell::new() }
+    }
+
+    fn sample(&self, odd: [i32; 2]) -> Sample {
+        let coordinate = |odd: i32, pitch: Pitch| {
             let length = match self.view.camera.projection {
                 Projection::Orthographic => pitch.length * self.scale,
                 Projection::Perspective => pitch.length,
             };
             Bounded::ratio(f64::from(odd), length, 2.0 * f64::from(pitch.divisor))
         };
-        let odd = [self.view.odd_x(column), self.view.odd_y(row)];
-        let s = [sample(odd[0], self.view.pitch_x), sample(odd[1], self.view.pitch_y)];
+        let s = [coordinate(odd[0], self.view.pitch_x), coordinate(odd[1], self.view.pitch_y)];
         let a = match self.view.camera.projection {
             Projection::Orthographic => Bounded::exact(1.0),
             Projection::Perspective => Bounded::exact(1.0) + s[0].square() + s[1].square(),
         };
-        Pixel { truth: self, odd, s, a }
+        Sample { s, a }
     }
 }
 
@@ -194,7 +199,14 @@ pub struct Pixel<'a> {
     truth: &'a Truth,
     /// The sample point is `odd * pitch / 2`.
     odd: [i32; 2],
-    /// The sample point.
+    /// The same to 100 bits, once it is needed.
+    sample: OnceCell<Sample>,
+}
+
+/// A sample point on the screen.
+#[derive(Clone, Copy)]
+struct Sample {
+    /// Its coordinates.
     s: [Bounded; 2],
     /// `|dir|^2`.
     a: Bounded,
@@ -210,40 +222,39 @@ enum Plane {
 impl Pixel<'_> {
     /// The hit of a sphere, if it has one inside the clip range.
     pub fn hit(&self, ball: Ball, tally: &mut Tally) -> Option<Hit> {
-        let (beta, q) = self.bounded(ball);
-        let exact = Lazy::new(self, ball);
+        let numbers = Numbers::new(self, ball);
         let sign_q = tally.ask(
-            q.sign(),
-            || exact.small().map(|s| s.q.signum() as i32),
-            || self.truth.field.sign(&exact.big().q),
+            || Some(numbers.small()?.q?.signum() as i32),
+            || numbers.bounded().1.sign(),
+            || self.truth.field.sign(&numbers.big().q),
         );
         if sign_q < 0 {
             return None;
         }
-        let root_q = if sign_q == 0 { Bounded::ZERO } else { q.sqrt() };
-        let near = beta - root_q;
-        if self.side(&exact, near, Root::Near, Plane::Near, tally) >= 0 {
-            let seen = self.side(&exact, near, Root::Near, Plane::Far, tally) <= 0;
-            return seen.then_some(Hit { ball, root: Root::Near, y: near });
-        }
-        let far = beta + root_q;
-        let seen = self.side(&exact, far, Root::Far, Plane::Near, tally) >= 0
-            && self.side(&exact, far, Root::Far, Plane::Far, tally) <= 0;
-        seen.then_some(Hit { ball, root: Root::Far, y: far })
+        let root = if self.side(&numbers, Root::Near, Plane::Near, tally) >= 0 {
+            Root::Near
+        } else if self.side(&numbers, Root::Far, Plane::Near, tally) >= 0 {
+            Root::Far
+        } else {
+            return None;
+        };
+        (self.side(&numbers, root, Plane::Far, tally) <= 0).then(|| Hit::known(ball, root))
     }
 
     /// The order of two hits along the ray.
     pub fn order(&self, one: &Hit, other: &Hit, tally: &mut Tally) -> Ordering {
-        if one.ball == other.ball {
+        if one.ball == other.ball && one.root == other.root {
             return Ordering::Equal;
         }
         let (s, t) = (one.root.sign(), other.root.sign());
         let sign = tally.ask(
-            (one.y - other.y).sign(),
             || {
-                let (one, other) = self.truth.small_pair(self.odd, one.ball, other.ball)?;
-                small::sign_with_roots(one.beta.checked_sub(other.beta)?, s, one.q, t, other.q)
+                let frame = self.truth.small.as_ref()?;
+                let same_radius = one.ball.radius == other.ball.radius;
+                let (one, other) = (frame.site(self.odd, one.ball)?, frame.site(self.odd, other.ball)?);
+                small::order(&one, s, &other, t, same_radius)
             },
+            || (self.y(one) - self.y(other)).sign(),
             || {
                 let exponent = self.truth.exponent([one.ball, other.ball]);
                 let one = self.truth.site(self.odd, one.ball, exponent);
@@ -252,6 +263,26 @@ impl Pixel<'_> {
             },
         );
         sign.cmp(&0)
+    }
+
+    /// Bounds of `t |dir|^2` of a hit in view lengths, where `dir` has depth 1 (`|dir| = 1` for parallel rays).
+    pub fn interval(&self, hit: &Hit) -> [f64; 2] {
+        self.y(hit).bounds()
+    }
+
+    fn y(&self, hit: &Hit) -> Bounded {
+        *hit.y.get_or_init(|| {
+            let (beta, q) = self.bounded(hit.ball);
+            // The hit is there: where q is not certain, it is not negative.
+            match hit.root {
+                Root::Near => beta - q.sqrt(),
+                Root::Far => beta + q.sqrt(),
+            }
+        })
+    }
+
+    fn sample(&self) -> &Sample {
+        self.sample.get_or_init(|| self.truth.sample(self.odd))
     }
 
     /// The nearest of some spheres, by index; at equal depth the lowest index.
@@ -276,8 +307,9 @@ impl Pixel<'_> {
 
     /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it; exactly 0 where it is 0.
     pub fn distance(&self, hit: &Hit) -> f64 {
-        if hit.y.is_within(0.25 * DISTANCE_ERROR) {
-            return hit.y.value() / self.a.value() / self.truth.scale;
+        let y = self.y(hit);
+        if y.is_within(0.25 * DISTANCE_ERROR) {
+            return y.value() / self.sample().a.value() / self.truth.scale;
         }
         // Nearly everything cancels: the camera is on the surface, or all but.
         let by_product = match self.truth.view.camera.projection {
@@ -372,7 +404,7 @@ impl Pixel<'_> {
         };
         let (x, y, z) = (along(truth.axes.right), along(truth.axes.up), along(truth.axes.forward));
         let r = Bounded::exact(ball.radius * truth.scale).widened(truth.slack);
-        let [sx, sy] = self.s;
+        let Sample { s: [sx, sy], a } = *self.sample();
         match truth.view.camera.projection {
             Projection::Orthographic => (z, r.square() - (sx - x).square() - (sy - y).square()),
             Projection::Perspective => {
@@ -380,37 +412,41 @@ impl Pixel<'_> {
                 let (n, m) = (z * sx - x, y - z * sy);
                 let k = n * sy + m * sx;
                 let beta = x * sx + y * sy + z;
-                (beta, self.a * r.square() - (m.square() + n.square() + k.square()))
+                (beta, a * r.square() - (m.square() + n.square() + k.square()))
             }
         }
     }
 
     /// The sign of `t - plane` for a root of a sphere.
-    fn side(&self, exact: &Lazy, y: Bounded, root: Root, plane: Plane, tally: &mut Tally) -> i32 {
+    fn side(&self, numbers: &Numbers, root: Root, plane: Plane, tally: &mut Tally) -> i32 {
         let camera = &self.truth.view.camera;
         let distance = match plane {
             Plane::Near => camera.near,
             Plane::Far if camera.far == f64::INFINITY => return -1,
             Plane::Far => camera.far,
         };
-        let scaled = distance * self.truth.scale;
-        // A far plane beyond the numbers of the scene may overflow when scaled: then 100 bits cannot tell.
-        let told = if scaled.is_finite() && scaled.abs() < 1e200 {
-            (y - self.a * Bounded::exact(scaled).widened(self.truth.slack)).sign()
-        } else {
-            None
-        };
         tally.ask(
-            told,
             || {
-                let site = exact.small()?;
-                let plane = small::length(distance, self.truth.exponent([exact.ball]), self.truth.lcm[0])?;
-                let plane = plane.checked_mul(site.scale)?;
-                small::sign_with_root(site.beta.checked_sub(plane)?, root.sign(), site.q)
+                let site = numbers.small()?;
+                let plane = self.truth.small.as_ref()?.plane(distance)?;
+                small::sign_with_root(site.beta.checked_sub(plane)?, root.sign(), site.q?)
             },
             || {
-                let exponent = self.truth.exponent([exact.ball]);
-                let site = exact.big();
+                let scaled = distance * self.truth.scale;
+                // A far plane beyond the numbers of the scene may overflow when scaled: then 100 bits cannot tell.
+                if !(scaled.is_finite() && scaled.abs() < 1e200) {
+                    return None;
+                }
+                let (beta, q) = *numbers.bounded();
+                let y = match root {
+                    Root::Near => beta - q.sqrt(),
+                    Root::Far => beta + q.sqrt(),
+                };
+                (y - self.sample().a * Bounded::exact(scaled).widened(self.truth.slack)).sign()
+            },
+            || {
+                let exponent = self.truth.exponent([numbers.ball]);
+                let site = numbers.big();
                 let plane = self.truth.length(distance, exponent);
                 // P y - plane a' sqrt(A B), see `Site`.
                 let edge = self.truth.field.element([IBig::ZERO, IBig::ZERO, IBig::ZERO, plane * &site.a]);
@@ -434,14 +470,21 @@ fn floor_root(square: &IBig) -> IBig {
 const AXIS_ERROR: f64 = f64::from_bits((1023 - 104) << 52);
 
 impl Tally {
-    fn ask(&mut self, told: Option<i32>, small: impl FnOnce() -> Option<i32>, big: impl FnOnce() -> i32) -> i32 {
+    /// The first answer, from the cheapest arithmetic that gives one.
+    fn ask(
+        &mut self,
+        small: impl FnOnce() -> Option<i32>,
+        bounded: impl FnOnce() -> Option<i32>,
+        big: impl FnOnce() -> i32,
+    ) -> i32 {
         self.signs += 1;
-        told.unwrap_or_else(|| {
-            self.ties += 1;
-            small().unwrap_or_else(|| {
-                self.big += 1;
-                big()
-            })
+        if let Some(sign) = small() {
+            self.small += 1;
+            return sign;
+        }
+        bounded().unwrap_or_else(|| {
+            self.big += 1;
+            big()
         })
     }
 }
@@ -457,27 +500,32 @@ struct Site {
     p: IBig,
 }
 
-/// A site that is computed when it is first needed.
-struct Lazy<'a> {
+/// A sphere's numbers at a pixel, each computed when it is first needed.
+struct Numbers<'a> {
     pixel: &'a Pixel<'a>,
     ball: Ball,
-    big: std::cell::OnceCell<Site>,
-    small: std::cell::OnceCell<Option<small::Site>>,
+    small: OnceCell<Option<small::Site>>,
+    bounded: OnceCell<(Bounded, Bounded)>,
+    big: OnceCell<Site>,
 }
 
-impl<'a> Lazy<'a> {
+impl<'a> Numbers<'a> {
     fn new(pixel: &'a Pixel<'a>, ball: Ball) -> Self {
-        Self { pixel, ball, big: Default::default(), small: Default::default() }
+        Self { pixel, ball, small: OnceCell::new(), bounded: OnceCell::new(), big: OnceCell::new() }
+    }
+
+    fn small(&self) -> Option<&small::Site> {
+        let frame = self.pixel.truth.small.as_ref()?;
+        self.small.get_or_init(|| frame.site(self.pixel.odd, self.ball)).as_ref()
+    }
+
+    fn bounded(&self) -> &(Bounded, Bounded) {
+        self.bounded.get_or_init(|| self.pixel.bounded(self.ball))
     }
 
     fn big(&self) -> &Site {
         let truth = self.pixel.truth;
         self.big.get_or_init(|| truth.site(self.pixel.odd, self.ball, truth.exponent([self.ball])))
-    }
-
-    fn small(&self) -> Option<&small::Site> {
-        let truth = self.pixel.truth;
-        self.small.get_or_init(|| truth.small_site(self.pixel.odd, self.ball, truth.exponent([self.ball]))).as_ref()
     }
 }
 
@@ -532,15 +580,5 @@ impl Truth {
                 Site { beta, q, a: length, p }
             }
         }
-    }
-
-    /// The same in 128-bit integers, if the axes allow it and the numbers are short.
-    fn small_site(&self, odd: [i32; 2], ball: Ball, exponent: i32) -> Option<small::Site> {
-        small::Site::new(self.small.as_ref()?, &self.view, self.lcm, odd, ball, exponent)
-    }
-
-    fn small_pair(&self, odd: [i32; 2], one: Ball, other: Ball) -> Option<(small::Site, small::Site)> {
-        let exponent = self.exponent([one, other]);
-        Some((self.small_site(odd, one, exponent)?, self.small_site(odd, other, exponent)?))
     }
 }

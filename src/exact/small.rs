@@ -1,101 +1,145 @@
 //! Decisions in 128-bit integers: for orthographic cameras with rational axes and short numbers, as lattices have them.
 //!
-//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. Every operation is checked: what does not
-//! fit gives `None`, and the caller goes on with integers of any size. Only the last comparison needs 256 bits.
+//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. What does not fit, by a limit on
+//! lengths or a check, gives `None`, and the caller goes on with other arithmetic. Only the last comparison needs 256 bits.
 
 use dashu_int::IBig;
 
-use super::{
-    axes::{self, split},
-    decide::Ball,
-};
+use super::{axes, decide::Ball};
 use crate::camera::View;
 
-/// The camera's axes in 128 bits.
+/// How many bits below the largest length of a scene the unit lies.
+const BITS: i32 = 36;
+
+/// A view in integers: lengths in units of `2^exponent / (2 lcm)`, as in [`super::decide`].
 #[derive(Clone, Debug)]
-pub struct Axes {
-    d: [i128; 3],
-    e: [i128; 3],
-    g: [i128; 3],
-    /// `A`, `B` and their integer roots.
+pub struct Frame {
+    d: [i64; 3],
+    e: [i64; 3],
+    g: [i64; 3],
+    /// `A`, `B` and the root of their product.
     a: i128,
     b: i128,
-    root_a: i128,
     root_b: i128,
+    root_ab: i128,
+    /// `2^-exponent`.
+    per_unit: f64,
+    /// `2 lcm`.
+    parts: i64,
+    /// Lengths below this keep every sum of [`Frame::site`] inside its type.
+    limit: i64,
+    /// In units of `2^exponent`.
+    origin: [i64; 3],
+    /// Half a pixel each way.
+    half_pixel: [i64; 2],
 }
 
-impl Axes {
-    /// If they are rational and fit.
-    pub fn new(axes: &axes::Axes, roots: Option<(&IBig, &IBig)>) -> Option<Self> {
-        let number = |value: &IBig| i128::try_from(value.clone()).ok();
-        let vector = |v: &axes::Vector| Some([number(&v[0])?, number(&v[1])?, number(&v[2])?]);
-        let (root_a, root_b) = roots?;
-        Some(Self {
-            d: vector(&axes.d)?,
-            e: vector(&axes.e)?,
-            g: vector(&axes.g)?,
-            a: number(&axes.a)?,
-            b: number(&axes.b)?,
-            root_a: number(root_a)?,
-            root_b: number(root_b)?,
-        })
-    }
-}
-
-/// `y = beta -+ sqrt q` of a sphere at a pixel, with `t = y / scale`; see [`super::decide`].
+/// `y = beta -+ sqrt q` of a sphere at a pixel, with `t = y / sqrt(A B)`; see [`super::decide`].
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     /// `(f.d) sqrt B`.
     pub beta: i128,
-    /// `A B` times the square of half the chord.
-    pub q: i128,
-    /// `sqrt (A B)`.
-    pub scale: i128,
+    /// `q - A B r^2`, which needs no radius.
+    pub apart: i128,
+    /// `A B` times the square of half the chord; none if the radius does not fit.
+    pub q: Option<i128>,
 }
 
-/// `value / 2^exponent`, if it is an integer of at most 126 bits.
-fn integer(value: f64, exponent: i32) -> Option<i128> {
-    let (mantissa, own) = split(value);
-    if mantissa == 0 {
-        return Some(0);
+/// The sign of `y_1 - y_2` for the roots `s` and `t` (-1 or 1) of two spheres.
+pub fn order(one: &Site, s: i32, other: &Site, t: i32, same_radius: bool) -> Option<i32> {
+    if same_radius && s == t && one.beta == other.beta {
+        // s (sqrt q_1 - sqrt q_2), and the radius drops out: the true ties of lattices, whatever the radius.
+        return Some(s * sign(one.apart.checked_sub(other.apart)?));
     }
-    let shift = u32::try_from(own.checked_sub(exponent)?).ok()?;
-    let bits = i64::BITS - mantissa.unsigned_abs().leading_zeros();
-    (shift + bits <= 126).then(|| i128::from(mantissa) << shift)
+    sign_with_roots(one.beta.checked_sub(other.beta)?, s, one.q?, t, other.q?)
 }
 
-/// A length in units of `2^exponent / (2 lcm)`.
-pub fn length(value: f64, exponent: i32, lcm: u64) -> Option<i128> {
-    integer(value, exponent)?.checked_mul(2 * i128::from(lcm))
+fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn dot(a: [i128; 3], b: [i128; 3]) -> Option<i128> {
-    let part = |k: usize| a[k].checked_mul(b[k]);
-    part(0)?.checked_add(part(1)?)?.checked_add(part(2)?)
+fn square(value: i64) -> i128 {
+    i128::from(value) * i128::from(value)
 }
 
-impl Site {
-    /// Of a sphere at the pixel whose sample point is `odd * pitch / 2`; `lcm` as in [`super::decide::Truth`].
-    pub fn new(axes: &Axes, view: &View, lcm: [u64; 3], odd: [i32; 2], ball: Ball, exponent: i32) -> Option<Self> {
-        let sample =
-            |k: usize, length: f64| integer(length, exponent)?.checked_mul(i128::from(odd[k]) * i128::from(lcm[k + 1]));
-        let component = |k: usize| {
-            let apart = integer(ball.center[k], exponent)?.checked_sub(integer(view.camera.origin[k], exponent)?)?;
-            apart.checked_mul(2 * i128::from(lcm[0]))
+impl Frame {
+    /// If the axes are rational (`roots` of `A` and `B`) and everything fits; `lcm` as in [`super::decide::Truth`], `largest`
+    /// the exponent of the largest length.
+    pub fn new(
+        axes: &axes::Axes,
+        roots: Option<(&IBig, &IBig)>,
+        view: &View,
+        lcm: [u64; 3],
+        largest: i32,
+    ) -> Option<Self> {
+        let number = |value: &IBig| i64::try_from(value.clone()).ok();
+        let vector = |v: &axes::Vector| Some([number(&v[0])?, number(&v[1])?, number(&v[2])?]);
+        let (root_a, root_b) = roots?;
+        let (d, e, g) = (vector(&axes.d)?, vector(&axes.e)?, vector(&axes.g)?);
+        let (a, b, root_ab) = (number(&axes.a)?, number(&axes.b)?, number(&(root_a * root_b))?);
+        // With lengths below 2^f and components below 2^c, dot products are below 2^(f + c + 2): within an i64. The terms of
+        // `site` are below A B 2^(2 f + 2 c + 5) and there are fewer than eight.
+        let bits = |value: i64| 64 - value.unsigned_abs().leading_zeros() as i32;
+        let component = d.into_iter().chain(e).chain(g).map(bits).max()?;
+        let length = (60 - component).min((118 - 2 * component - bits(a) - bits(b)) / 2);
+        let mut frame = Self {
+            d,
+            e,
+            g,
+            a: a.into(),
+            b: b.into(),
+            root_b: number(root_b)?.into(),
+            root_ab: root_ab.into(),
+            per_unit: axes::scaled(1.0, BITS - largest),
+            parts: 2 * i64::try_from(lcm[0]).ok()?,
+            limit: if (1..60).contains(&length) { 1 << length } else { return None },
+            origin: [0; 3],
+            half_pixel: [0; 2],
         };
+        if !frame.per_unit.is_normal() {
+            return None;
+        }
+        for (k, coordinate) in view.camera.origin.to_array().into_iter().enumerate() {
+            frame.origin[k] = frame.integer(coordinate)?;
+        }
+        for (k, length) in [view.pitch_x.length, view.pitch_y.length].into_iter().enumerate() {
+            frame.half_pixel[k] = frame.integer(length)?.checked_mul(i64::try_from(lcm[k + 1]).ok()?)?;
+        }
+        Some(frame)
+    }
+
+    /// A length in units of `2^exponent`, if it is an integer of at most 53 bits.
+    fn integer(&self, value: f64) -> Option<i64> {
+        // A power of two: exact, unless it underflows, and then it is not an integer either.
+        let units = value * self.per_unit;
+        let whole = units as i64;
+        (whole as f64 == units && units.abs() < 9.0e15 && (whole != 0 || value == 0.0)).then_some(whole)
+    }
+
+    /// A product of lengths' parts that keeps below the limit.
+    fn within(&self, value: i64, parts: i64) -> Option<i64> {
+        value.checked_mul(parts).filter(|length| length.abs() < self.limit)
+    }
+
+    /// `plane * sqrt(A B)`, to compare with `y`.
+    pub fn plane(&self, distance: f64) -> Option<i128> {
+        i128::from(self.integer(distance)?.checked_mul(self.parts)?).checked_mul(self.root_ab)
+    }
+
+    /// A sphere at the pixel whose sample point is `odd` half pixels from the middle.
+    pub fn site(&self, odd: [i32; 2], ball: Ball) -> Option<Site> {
+        let component = |k: usize| self.within(self.integer(ball.center[k])? - self.origin[k], self.parts);
         let f = [component(0)?, component(1)?, component(2)?];
-        let (sx, sy) = (sample(0, view.pitch_x.length)?, sample(1, view.pitch_y.length)?);
-        let r = length(ball.radius, exponent, lcm[0])?;
-        let (fd, fe, fg) = (dot(f, axes.d)?, dot(f, axes.e)?, dot(f, axes.g)?);
-        let square = |value: i128| value.checked_mul(value);
-        let rest = square(r)?.checked_sub(square(sx)?)?.checked_sub(square(sy)?)?.checked_sub(dot(f, f)?)?;
-        let scale = axes.root_a.checked_mul(axes.root_b)?;
-        let q = square(scale)?
-            .checked_mul(rest)?
-            .checked_add(axes.b.checked_mul(square(fd)?)?)?
-            .checked_add(sx.checked_mul(fe)?.checked_mul(2 * axes.a)?.checked_mul(axes.root_b)?)?
-            .checked_add(sy.checked_mul(fg)?.checked_mul(2)?.checked_mul(scale)?)?;
-        Some(Self { beta: fd.checked_mul(axes.root_b)?, q, scale })
+        let sx = self.within(self.half_pixel[0], odd[0].into())?;
+        let sy = self.within(self.half_pixel[1], odd[1].into())?;
+        let (fd, fe, fg) = (dot(f, self.d), dot(f, self.e), dot(f, self.g));
+        let rest = square(sx) + square(sy) + square(f[0]) + square(f[1]) + square(f[2]);
+        let along_x = i128::from(sx) * i128::from(fe) * self.a * self.root_b;
+        let along_y = i128::from(sy) * i128::from(fg) * self.root_ab;
+        let apart = self.b * square(fd) + 2 * (along_x + along_y) - self.a * self.b * rest;
+        let radius = self.integer(ball.radius).and_then(|radius| self.within(radius, self.parts));
+        let q = radius.map(|radius| apart + self.a * self.b * square(radius));
+        Some(Site { beta: i128::from(fd) * self.root_b, apart, q })
     }
 }
 

@@ -1,0 +1,2 @@
+// Storage of the rays of perspective tiles.
+@group(0) @binding(6) var<storage, read> fans: array<Fan>;

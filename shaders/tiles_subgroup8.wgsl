@@ -1,0 +1,79 @@
+// A tile of 8 x 8 pixels is drawn by a subgroup of 8, a column of 8 pixels each. Each lane fetches one entry of the list, and all see all eight:
+// on software devices a load costs far more than arithmetic.
+fn greatest(x: f32) -> f32 {
+    let a = max(subgroupBroadcast(x, 0u), subgroupBroadcast(x, 1u));
+    let b = max(subgroupBroadcast(x, 2u), subgroupBroadcast(x, 3u));
+    let c = max(subgroupBroadcast(x, 4u), subgroupBroadcast(x, 5u));
+    let d = max(subgroupBroadcast(x, 6u), subgroupBroadcast(x, 7u));
+    return max(max(a, b), max(c, d));
+}
+
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(subgroup_id) part: u32,
+    @builtin(subgroup_invocation_id) lane: u32,
+) {
+    let at = (group.y * frame.row + group.x) * 8u + part;
+    if at >= frame.tiles {
+        return;
+    }
+    let tile = tiles[at];
+    let eye = eye_of(at);
+    let range = range_of(at);
+    let high = pixels_of(eye, lane, vec4<f32>(0.0, 1.0, 2.0, 3.0));
+    let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
+    var top = nothing();
+    var bottom = nothing();
+    var loosest = 0.0;
+    for (var i = 0u; i < tile.count; i += 8u) {
+        // Past the end the last entry is seen again, out of reach.
+        let own = entries[tile.start + min(i + lane, tile.count - 1u)];
+        var item = prepare(eye, records[own - frame.first]);
+        if i + lane >= tile.count {
+            item = beyond(item);
+        }
+        loosest = max(loosest, item.width);
+        let item0 = share0(item);
+        let entry0 = subgroupBroadcast(own, 0u);
+        top = visit(top, range, item0, entry0, high);
+        bottom = visit(bottom, range, item0, entry0, deep);
+        let item1 = share1(item);
+        let entry1 = subgroupBroadcast(own, 1u);
+        top = visit(top, range, item1, entry1, high);
+        bottom = visit(bottom, range, item1, entry1, deep);
+        let item2 = share2(item);
+        let entry2 = subgroupBroadcast(own, 2u);
+        top = visit(top, range, item2, entry2, high);
+        bottom = visit(bottom, range, item2, entry2, deep);
+        let item3 = share3(item);
+        let entry3 = subgroupBroadcast(own, 3u);
+        top = visit(top, range, item3, entry3, high);
+        bottom = visit(bottom, range, item3, entry3, deep);
+        let item4 = share4(item);
+        let entry4 = subgroupBroadcast(own, 4u);
+        top = visit(top, range, item4, entry4, high);
+        bottom = visit(bottom, range, item4, entry4, deep);
+        let item5 = share5(item);
+        let entry5 = subgroupBroadcast(own, 5u);
+        top = visit(top, range, item5, entry5, high);
+        bottom = visit(bottom, range, item5, entry5, deep);
+        let item6 = share6(item);
+        let entry6 = subgroupBroadcast(own, 6u);
+        top = visit(top, range, item6, entry6, high);
+        bottom = visit(bottom, range, item6, entry6, deep);
+        let item7 = share7(item);
+        let entry7 = subgroupBroadcast(own, 7u);
+        top = visit(top, range, item7, entry7, high);
+        bottom = visit(bottom, range, item7, entry7, deep);
+        // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
+        let front = greatest(item.front) - frame.disorder;
+        if front > greatest(farthest(top, bottom)) + 2.02 * greatest(loosest) {
+            top = cut_off(top, front);
+            bottom = cut_off(bottom, front);
+            break;
+        }
+    }
+    loosest = greatest(loosest);
+    settle_column(tile, loosest, lane, top, bottom);
+}

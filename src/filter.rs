@@ -1,0 +1,204 @@
+//! One ray against one sphere in f64, with bounds: the second half of the filter, after [`crate::project`].
+//!
+//! The devices' loops and the tests of the bounds share these expressions, so that what is measured is what runs.
+//!
+//! **Bounds.** u = 2^-53; `L = |x| + |y| + |z|` of the centre in view space, `P = 8 u (L + r)` the position bound of
+//! [`crate::project`]; `K = 1 + max |s|` and `A = max |dir|^2` over the screen (both 1 for parallel rays); `D = K P`. Each
+//! derivation leaves out what is `u` times smaller than what it keeps; the last digit of every constant is rounded up by more.
+//!
+//! *Parallel rays.* `q = r^2 - dx^2 - dy^2`. With `|s| <= |x| + |dx|`, each of `dx`, `dy` is within
+//! `5 u L + 2 u |s| + u |dx| <= 7 u L + 3 u |dx|` of the truth. As long as the true `d^2 = dx^2 + dy^2 <= (1.2 r)^2`, that is
+//! `D - u L - 4.4 u r`, and `q` is within `2 d sqrt 2 (D - 4.4 u r) + 2 D^2 + 4.5 u r^2` of the truth, the last for the roundings
+//! of squares and sums. The 4.4 pays for the 4.5; for `D <= r / 32` all is below `E = 3.5 r D`.
+//!
+//! *Perspective*, with `dir = (sx, sy, 1)`, `a = |dir|^2`, `sigma^2 = a - 1`: `n = z sx - x` and `m = y - z sy` are within
+//! `5 u L (1 + |s|) + 3 u |z s| + u |n| <= K (8 u L + 1.7 u r)` as long as the true `d^2 = n^2 + m^2 + k^2 <= 1.44 a r^2`; that is
+//! `D - 6.3 u K r`. `k = n sy + m sx` is within `sqrt 2 sigma D + 4 u sigma d`, so that the vector `(n, m, k)` is within
+//! `sqrt(2 a) D + 4 u sigma d`. Then `q = a r^2 - d^2` is within
+//! `2.4 sqrt(2) a r (D - 6.3 u K r) + 2 a D^2 + (11.6 sigma + 14.4) u a r^2`: 8 * 1.44 of the sigma for `k`, 3 * 1.44 for the
+//! roundings of `d^2`, 9 for `a r^2` (sx, sy 2 each, a square 1, two sums), 1 for the difference. As
+//! `sigma <= 1.42 (K - 1)`, what `D` leaves over pays for them, and for `A D <= r / 32` all is below `E = 3.5 A r D`.
+//!
+//! *Farther out*, `q* <= -0.305 d^2`, while its error stays below `0.08 d^2` and `E` below `0.08 d^2`: still `q < -E`. A greater
+//! `A D` makes the sphere *vague*: `E` is infinite, and every pixel of its box is decided exactly.
+//!
+//! *Depth.* Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a division. A hit is *solid* if
+//! `q >= T = max(4 E, 2^-16 r^2)`. Then it is certain, and `sqrt q` is within `E / (sqrt T + sqrt(T - E)) < 0.54 E / sqrt T` of the
+//! truth. Parallel rays: `b = z` is within `5 u L`, and the square root, `b - sqrt q` and an end of the interval round by at most
+//! `2 u L + 3 u r` together, in all `D`. Perspective: `b` is within `(15 K - 8) u L`, the roundings are at most
+//! `2 K u L + 4.3 K u r`, in all `2.2 D`. As `A D <= r / 32`, `D = E / (3.5 A r)` is at most `0.19 E / sqrt T` and `0.048 sqrt T`.
+//! So depths are within `W = 0.73 E / sqrt T` (parallel) or `0.96 E / sqrt T`. The few hits between `-E` and `T` are no nearer than
+//! `b - sqrt(T + E) - 2.2 D`, and that than `b - 1.23 sqrt T`; those of vague spheres no nearer than `b - sqrt A r - 2.2 D`.
+//!
+//! *Planes and blocks.* `a` is within `7 u a`. A plane's depth times `a` and then a factor `1 -+ bound` rounds twice more; the
+//! factor is even: [`PLANE`] is 10 u. From `y` back to `t` it is a division and a sum with the bound: [`BACK`] is 10 u.
+
+use crate::{
+    project::{FLOOR, Projected, U},
+    simd::Number,
+};
+
+/// `E` over `A r D`.
+const DOUBT: f64 = 3.5;
+/// A sphere is vague if `A D` times this is above its radius.
+const VAGUE: f64 = 32.0;
+/// `T` over `E`, at least.
+const SOLID: f64 = 4.0;
+/// `W` over `E / sqrt T`.
+const WIDTH_PARALLEL: f64 = 0.73;
+/// The same for perspective rays.
+const WIDTH_PERSPECTIVE: f64 = 0.96;
+/// How far before `b` a hit that is not solid may be, over `sqrt T`.
+const RIM: f64 = 1.23;
+/// Bound of `b` over `D`, roundings of depths included.
+const MIDDLE: f64 = 2.2;
+/// Relative bound of a clip plane's depth in the units of `y`.
+pub const PLANE: f64 = 10.0 * U;
+/// Relative bound of `y / a`.
+pub const BACK: f64 = 10.0 * U;
+
+/// What the filter knows of the screen.
+#[derive(Clone, Copy, Debug)]
+pub struct Screen {
+    /// `K`.
+    pub kappa: f64,
+    /// `A`.
+    pub spread: f64,
+}
+
+impl Screen {
+    /// Parallel rays.
+    pub const PARALLEL: Self = Self { kappa: 1.0, spread: 1.0 };
+
+    /// Perspective rays; of the screen coordinates at its sides.
+    pub fn reaching(x: [f64; 2], y: [f64; 2]) -> Self {
+        let reach = |[first, last]: [f64; 2]| first.abs().max(last.abs());
+        let (x, y) = (reach(x), reach(y));
+        Self { kappa: 1.0 + x.max(y), spread: 1.0 + x * x + y * y }
+    }
+}
+
+/// A sphere's bounds on a screen; see the file's head.
+#[derive(Clone, Copy, Debug)]
+pub struct Margins {
+    /// `E`.
+    pub doubt: f64,
+    /// `T`.
+    pub solid: f64,
+    /// `W`.
+    pub width: f64,
+    /// A hit that is not solid begins no nearer than `b` less this.
+    pub rim: f64,
+}
+
+impl Margins {
+    /// Of a sphere.
+    #[inline(always)]
+    pub fn new<const PERSPECTIVE: bool>(s: &Projected, screen: Screen) -> Self {
+        let (position, square) = (s.bound(), s.r * s.r);
+        let Screen { kappa, spread } = if PERSPECTIVE { screen } else { Screen::PARALLEL };
+        let delta = kappa * position;
+        // NaN is vague.
+        if !(VAGUE * spread * delta <= s.r) {
+            let rim = spread.sqrt() * s.r + MIDDLE * delta;
+            return Self { doubt: f64::INFINITY, solid: f64::INFINITY, width: f64::INFINITY, rim };
+        }
+        let doubt = spread * (DOUBT * s.r * delta + FLOOR);
+        let least = square * (1.0 / 65536.0);
+        let solid = if SOLID * doubt > least { SOLID * doubt } else { least };
+        let edge = solid.sqrt();
+        let width = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL } * doubt / edge;
+        let rim = RIM * edge;
+        Self { doubt, solid, width, rim }
+    }
+}
+
+/// What one look at a sphere that planes may cut tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Look {
+    /// It is missed, cut away, or behind what is held.
+    Gone,
+    /// It is seen, at a depth `y` between these.
+    Seen([f64; 2]),
+    /// Undecided.
+    Doubt,
+}
+
+/// `a` of the ray through a point of the screen.
+#[inline(always)]
+pub fn length<N: Number>(sx: N, sy: f64) -> N {
+    N::splat(1.0 + sy * sy).add(sx.mul(sx))
+}
+
+/// A sphere and a row of pixels: what does not change along it.
+#[derive(Clone, Copy)]
+pub struct Row {
+    sphere: Projected,
+    square: f64,
+    sy: f64,
+    /// `m`.
+    m: f64,
+    /// Of `b`.
+    along: f64,
+    /// Of `q`.
+    fixed: f64,
+}
+
+impl Row {
+    /// Of screen coordinate `sy`.
+    #[inline(always)]
+    pub fn new<const PERSPECTIVE: bool>(s: &Projected, sy: f64) -> Self {
+        let square = s.r * s.r;
+        let (m, along) = if PERSPECTIVE { (s.y - s.z * sy, s.y * sy + s.z) } else { (sy - s.y, s.z) };
+        let fixed = if PERSPECTIVE { m * m } else { square - m * m };
+        Self { sphere: *s, square, sy, m, along, fixed }
+    }
+
+    /// `q` and `b` at screen coordinates `sx`.
+    #[inline(always)]
+    pub fn meet<N: Number, const PERSPECTIVE: bool>(&self, sx: N) -> (N, N) {
+        let s = &self.sphere;
+        if PERSPECTIVE {
+            let n = N::splat(s.z).mul(sx).sub(N::splat(s.x));
+            let cross = n.mul(N::splat(self.sy)).add(N::splat(self.m).mul(sx));
+            let apart = N::splat(self.fixed).add(n.mul(n)).add(cross.mul(cross));
+            let q = length(sx, self.sy).mul(N::splat(self.square)).sub(apart);
+            (q, N::splat(s.x).mul(sx).add(N::splat(self.along)))
+        } else {
+            let dx = sx.sub(N::splat(s.x));
+            (N::splat(self.fixed).sub(dx.mul(dx)), N::splat(self.along))
+        }
+    }
+
+    /// Either root of one pixel, between the planes `near` and `far`; `held` is an upper bound of the depth that is held there.
+    #[inline(always)]
+    pub fn look<const PERSPECTIVE: bool>(&self, margins: &Margins, [near, far]: [f64; 2], held: f64, sx: f64) -> Look {
+        let Margins { doubt, solid, width, rim } = *margins;
+        let (q, b) = self.meet::<f64, PERSPECTIVE>(sx);
+        let root = q.max(0.0).sqrt();
+        if q < -doubt || b - rim.max(root + width) > held {
+            return Look::Gone;
+        }
+        // The planes in the units of the depths, with the bounds of their own roundings.
+        let a = if PERSPECTIVE { length(sx, self.sy) } else { 1.0 };
+        let [near, far] = [near, far].map(|plane| {
+            let plane = plane * a;
+            if plane == f64::INFINITY { [plane; 2] } else { [plane * (1.0 - PLANE), plane * (1.0 + PLANE)] }
+        });
+        let inside = |depth: f64| depth - width >= near[1] && depth + width <= far[0];
+        let outside = |depth: f64| depth + width < near[0] || depth - width > far[1];
+        let (first, second) = (b - root, b + root);
+        let depth = if q < solid {
+            return Look::Doubt;
+        } else if inside(first) {
+            first
+        } else if first - width > far[1] || (outside(first) && outside(second)) {
+            return Look::Gone;
+        } else if first + width < near[0] && inside(second) {
+            second
+        } else {
+            return Look::Doubt;
+        };
+        if depth - width > held { Look::Gone } else { Look::Seen([depth - width, depth + width]) }
+    }
+}

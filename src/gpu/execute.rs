@@ -1,0 +1,283 @@
+//! Passes of a plan, run: tables and entries to the device, dispatches, ids back.
+
+use std::{collections::HashMap, time::Duration};
+
+use super::{Chunk, lists::Wave, memory::Growing};
+use crate::{
+    camera::Region,
+    plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS},
+    render::DrawError,
+    shader::{FANS, Lanes, PLANES, STATES, Variant},
+};
+
+/// A device that does not answer for as long is lost.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+struct Pipeline {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+}
+
+/// Device, pipelines made so far, and buffers of the frame.
+pub struct Executor {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    /// How kernels fetch lists.
+    pub lanes: Lanes,
+    /// Off only in benchmarks.
+    pub certain: bool,
+    /// Workgroups in one dimension.
+    pub workgroups: u32,
+    /// Dispatches since the device was opened.
+    pub dispatches: u64,
+    pipelines: HashMap<Variant, Pipeline>,
+    frame: Growing,
+    entries: Growing,
+    tiles: Growing,
+    fans: Growing,
+    planes: Growing,
+    ids: Growing,
+    states: Growing,
+    staging: Growing,
+}
+
+impl Executor {
+    /// Nothing is allocated or compiled yet.
+    pub fn new(device: wgpu::Device, queue: wgpu::Queue, lanes: Lanes) -> Self {
+        use wgpu::BufferUsages as U;
+        let storage = U::STORAGE | U::COPY_DST;
+        Self {
+            lanes,
+            certain: true,
+            workgroups: device.limits().max_compute_workgroups_per_dimension,
+            dispatches: 0,
+            pipelines: HashMap::new(),
+            frame: Growing::new("frame", U::UNIFORM | U::COPY_DST),
+            entries: Growing::new("entries", storage),
+            tiles: Growing::new("tiles", storage),
+            fans: Growing::new("fans", storage),
+            planes: Growing::new("planes", storage),
+            ids: Growing::new("ids", U::STORAGE | U::COPY_SRC),
+            states: Growing::new("states", U::STORAGE),
+            staging: Growing::new("staging", U::MAP_READ | U::COPY_DST),
+            device,
+            queue,
+        }
+    }
+
+    /// Runs passes. If `slots` are given, each tile has one segment in all of the picture: it is added to them, and its ids lie at
+    /// its place among them; else what is found is merged with what is known of the tile, and ids wait for [`Executor::finish`].
+    pub fn run(
+        &mut self,
+        eye: &Eye,
+        band: &Band,
+        chunk: &Chunk,
+        wave: &Wave,
+        passes: &[Pass],
+        mut slots: Option<&mut Vec<u32>>,
+    ) -> Result<(), DrawError> {
+        let pixels = match &slots {
+            Some(_) => passes.iter().map(|pass| pass.segments.len()).sum::<usize>() * TILE_PIXELS,
+            None => band.tiles() * TILE_PIXELS,
+        };
+        self.reserve(pixels, slots.is_none());
+        let disorder = eye.steps(wave.lists().disorder);
+        let mut present = None;
+        for pass in passes {
+            if present.as_ref() != Some(&pass.window) {
+                self.entries.write(&self.device, &self.queue, &wave.entries[pass.window.clone()]);
+                present = Some(pass.window.clone());
+            }
+            let first = slots.as_ref().map(|slots| slots.len() as u32);
+            if let Some(slots) = &mut slots {
+                slots.extend(pass.segments.iter().map(|segment| segment.tile));
+            }
+            let place = |k: usize, segment: &Segment| match first {
+                Some(first) => (first + k as u32) | FRESH | LAST,
+                None => segment.tile | if segment.fresh { FRESH } else { 0 },
+            };
+            let tiles = tile_table(band, &pass.segments, place);
+            let frame = plan::Frame { disorder, ..eye.frame };
+            self.dispatch(eye, band, chunk, frame, pass.clipped, first.is_none(), &pass.segments, &tiles)?;
+        }
+        Ok(())
+    }
+
+    /// Makes ids of what several passes found of some tiles.
+    pub fn finish(&mut self, eye: &Eye, band: &Band, chunk: &Chunk, met: &[u32]) -> Result<(), DrawError> {
+        if met.is_empty() {
+            return Ok(());
+        }
+        // An empty list finds nothing new.
+        let segments: Vec<Segment> =
+            met.iter().map(|&tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
+        let tiles = tile_table(band, &segments, |_, segment| segment.tile | LAST);
+        self.dispatch(eye, band, chunk, eye.frame, false, true, &segments, &tiles)
+    }
+
+    fn reserve(&mut self, pixels: usize, states: bool) {
+        self.ids.reserve(&self.device, (pixels * 4) as u64);
+        if states {
+            self.states.reserve(&self.device, (pixels * size_of::<plan::State>()) as u64);
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "each is a thing of its own, and two callers")]
+    fn dispatch(
+        &mut self,
+        eye: &Eye,
+        band: &Band,
+        chunk: &Chunk,
+        frame: plan::Frame,
+        clipped: bool,
+        merged: bool,
+        segments: &[Segment],
+        tiles: &[plan::Tile],
+    ) -> Result<(), DrawError> {
+        let variant =
+            Variant { projection: eye.projection(), clipped, merged, certain: self.certain, lanes: self.lanes };
+        self.prepare_pipeline(variant);
+        let (device, queue) = (&self.device, &self.queue);
+        self.tiles.write(device, queue, tiles);
+        let bindings = variant.bindings();
+        let has = |number| bindings.iter().any(|b| b.0 == number);
+        let places = segments.iter().map(|segment| band.place(segment.tile));
+        if has(FANS) {
+            self.fans.write(device, queue, &places.clone().map(|place| place.fan).collect::<Vec<_>>());
+        }
+        if has(PLANES) {
+            self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
+        }
+        let groups = (tiles.len() as u32).div_ceil(TILE);
+        let row = groups.min(self.workgroups);
+        let frame = plan::Frame { first: chunk.range.start as u32, tiles: tiles.len() as u32, row, ..frame };
+        self.frame.write(device, queue, &[frame]);
+        let resource = |number| match number {
+            0 => self.frame.binding(),
+            1 => chunk.buffer.as_entire_binding(),
+            2 => self.entries.binding(),
+            3 => self.tiles.binding(),
+            4 => self.ids.binding(),
+            STATES => self.states.binding(),
+            FANS => self.fans.binding(),
+            _ => self.planes.binding(),
+        };
+        let Pipeline { pipeline, layout } = &self.pipelines[&variant];
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|&(binding, _)| wgpu::BindGroupEntry { binding, resource: resource(binding) })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            compute.set_pipeline(pipeline);
+            compute.set_bind_group(0, &group, &[]);
+            compute.dispatch_workgroups(row, groups.div_ceil(row), 1);
+        }
+        let submission = queue.submit([encoder.finish()]);
+        self.dispatches += 1;
+        // Uploads of later passes wait in memory until earlier ones are done.
+        self.wait(submission)
+    }
+
+    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), DrawError> {
+        self.device
+            .poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(PATIENCE) })
+            .map(|_| ())
+            .map_err(|error| DrawError::Device(error.to_string()))
+    }
+
+    /// Brings the ids of the first `tiles` places back, 64 a tile.
+    pub fn read_back(&mut self, tiles: usize, take: impl FnOnce(&[i32])) -> Result<(), DrawError> {
+        let size = (tiles * TILE_PIXELS * 4) as u64;
+        if size == 0 {
+            return Ok(());
+        }
+        self.staging.reserve(&self.device, size);
+        let (Some(ids), Some(staging)) = (self.ids.get(), self.staging.get()) else { return Ok(()) };
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
+        let submission = self.queue.submit([encoder.finish()]);
+        let slice = staging.slice(..size);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| {
+            let _ = sender.send(result);
+        });
+        self.wait(submission)?;
+        let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
+        receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        let view = slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
+        take(bytemuck::cast_slice(&view));
+        drop(view);
+        staging.unmap();
+        Ok(())
+    }
+
+    /// Makes a pipeline unless it is there.
+    fn prepare_pipeline(&mut self, variant: Variant) {
+        if self.pipelines.contains_key(&variant) {
+            return;
+        }
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("tiles"),
+            source: wgpu::ShaderSource::Wgsl(variant.source().text.into()),
+        });
+        let entry = |(binding, written): (u32, bool)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: match binding {
+                    0 => wgpu::BufferBindingType::Uniform,
+                    _ => wgpu::BufferBindingType::Storage { read_only: !written },
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let layout = self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("tiles"),
+            entries: &variant.bindings().into_iter().map(entry).collect::<Vec<_>>(),
+        });
+        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("tiles"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("tiles"),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        self.pipelines.insert(variant, Pipeline { pipeline, layout });
+    }
+}
+
+/// The tiles of some segments as the device has them.
+fn tile_table(band: &Band, segments: &[Segment], place: impl Fn(usize, &Segment) -> u32) -> Vec<plan::Tile> {
+    segments
+        .iter()
+        .enumerate()
+        .map(|(k, segment)| plan::Tile {
+            start: segment.start,
+            count: segment.count,
+            slot: place(k, segment),
+            ..band.place(segment.tile).tile
+        })
+        .collect()
+}
+
+/// Puts the pixels of a tile, row by row, into their places, as far as they are in the region.
+pub fn fill_tile(ids: &mut [i32], region: Region, columns: u32, tile: u32, pixels: &[i32]) {
+    let (x, y) = (tile % columns * TILE, tile / columns * TILE);
+    let width = TILE.min(region.width - x) as usize;
+    for row in 0..TILE.min(region.height - y) {
+        let at = (y + row) as usize * region.width as usize + x as usize;
+        let from = (row * TILE) as usize;
+        ids[at..at + width].copy_from_slice(&pixels[from..from + width]);
+    }
+}

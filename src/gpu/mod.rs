@@ -1,0 +1,422 @@
+//! The GPU device: spheres stay on it from picture to picture; the host makes tile lists, the device filters, the host decides
+//! what is left over. It executes what [`crate::plan`] lays out.
+//!
+//! * [`adapters`]: which devices there are, which one is taken, and what to install when there is none.
+//! * `lists`: tile lists, made on the host.
+//! * `execute`: uploads, dispatches, ids back; `memory`: buffers that are used again.
+//! * `decide`: what the filter leaves over.
+
+pub mod adapters;
+mod decide;
+mod execute;
+mod lists;
+mod memory;
+
+use std::{
+    num::NonZeroU64,
+    ops::Range,
+    sync::{Arc, Mutex},
+    time::Instant,
+};
+
+use rayon::prelude::*;
+
+use crate::{
+    bins::{self, KeepAll},
+    camera::{Region, View},
+    cpu::Cpu,
+    exact::decide::{Tally, Truth},
+    plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
+    render::{Counts, DeviceChoice, DeviceError, DrawError, Drawing, Times},
+    scene::Scene,
+    shader::Lanes,
+};
+use decide::Undecided;
+use execute::{Executor, fill_tile};
+use lists::{These, Wave};
+
+/// Spheres on the device: consecutive, as many as one binding holds.
+struct Chunk {
+    range: Range<usize>,
+    buffer: wgpu::Buffer,
+}
+
+/// A scene on the device.
+struct Uploaded {
+    /// [`Scene::identity`].
+    identity: u64,
+    /// None where the device cannot hold the scene's numbers.
+    fixed: Option<Fixed>,
+    chunks: Vec<Chunk>,
+}
+
+/// An opened GPU.
+pub struct Gpu {
+    executor: Executor,
+    info: wgpu::AdapterInfo,
+    limits: Limits,
+    /// Spheres in one buffer.
+    chunk: usize,
+    uploaded: Option<Uploaded>,
+    uploads: u64,
+    wave: Wave,
+    /// For what the device's numbers cannot hold, and pictures in which nearly every pixel is hard.
+    cpu: Cpu,
+    /// What went wrong outside of any call, such as a lost device.
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+/// One picture.
+struct Job<'a> {
+    scene: &'a Scene,
+    truth: &'a Truth,
+    eye: &'a Eye,
+    chunks: &'a [Chunk],
+}
+
+impl Gpu {
+    /// Opens a device: `Auto` takes hardware only, `Gpu` any adapter but hardware first, a name the first adapter whose name has it.
+    ///
+    /// # Errors
+    /// When none fits; says what was tried and what to install.
+    pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+        let (adapter, suitability) = adapters::choose(choice)?;
+        let info = adapter.get_info();
+        let offered = adapter.limits();
+        let binding = offered.max_storage_buffer_binding_size.min(i32::MAX as u64).min(offered.max_buffer_size);
+        let limits = wgpu::Limits {
+            max_storage_buffer_binding_size: binding,
+            max_buffer_size: offered.max_buffer_size,
+            max_storage_buffers_per_shader_stage: offered.max_storage_buffers_per_shader_stage.min(8),
+            max_compute_workgroups_per_dimension: offered.max_compute_workgroups_per_dimension,
+            ..wgpu::Limits::downlevel_defaults()
+        };
+        let features = match suitability.lanes {
+            Lanes::Eight => wgpu::Features::SUBGROUP,
+            Lanes::Alone => wgpu::Features::empty(),
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("planisphere"),
+            required_features: features,
+            required_limits: limits,
+            ..Default::default()
+        }))
+        .map_err(|error| DeviceError::NoAdapter(format!("{} could not be opened: {error}", adapters::name(&info))))?;
+        let fault = Arc::new(Mutex::new(None));
+        let note = Arc::clone(&fault);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| remember(&note, error.to_string())));
+        let note = Arc::clone(&fault);
+        device.set_device_lost_callback(move |reason, message| {
+            // Dropping the device is no fault.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                remember(&note, format!("device lost: {message}"));
+            }
+        });
+        let binding = binding as usize;
+        let limits = Limits {
+            wave: 1 << 22,
+            entries: (binding / 4).min(1 << 24),
+            tiles: (binding / (TILE_PIXELS * size_of::<plan::State>())).min(1 << 16),
+            round: 32_768,
+        };
+        Ok(Self {
+            // 64 Mi spheres in a buffer are plenty.
+            chunk: (binding / 16).min(1 << 26),
+            executor: Executor::new(device, queue, suitability.lanes),
+            info,
+            limits,
+            uploaded: None,
+            uploads: 0,
+            wave: Wave::default(),
+            cpu: Cpu::default(),
+            fault,
+        })
+    }
+
+    /// The device in words, for people.
+    pub fn description(&self) -> String {
+        adapters::name(&self.info)
+    }
+
+    /// Whether it is a software device.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Bytes of spheres that were sent, and dispatches, since the device was opened.
+    pub fn activity(&self) -> (u64, u64) {
+        (self.uploads, self.executor.dispatches)
+    }
+
+    /// Switches the filter off or on. Off, every pixel is the nearest sphere in plain f32, right or wrong: for benchmarks only.
+    pub fn set_certain(&mut self, certain: bool) {
+        self.executor.certain = certain;
+    }
+
+    /// Chooses how lists are fetched; [`Lanes::Alone`] works everywhere. Returns whether the device has it.
+    pub fn set_lanes(&mut self, lanes: Lanes) -> bool {
+        let fits = lanes == Lanes::Alone || self.executor.device.features().contains(wgpu::Features::SUBGROUP);
+        if fits {
+            self.executor.lanes = lanes;
+        }
+        fits
+    }
+
+    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, to test that they do not show.
+    pub fn shrink(&mut self, chunk: usize, workgroups: u32, limits: Limits) {
+        let own = self.limits;
+        self.chunk = self.chunk.min(chunk.max(1));
+        self.executor.workgroups = self.executor.workgroups.min(workgroups.max(1));
+        self.limits = Limits {
+            wave: own.wave.min(limits.wave.max(1)),
+            entries: own.entries.min(limits.entries.max(1)),
+            tiles: own.tiles.min(limits.tiles.max(1)),
+            round: own.round.min(limits.round.max(1)),
+        };
+        self.uploaded = None;
+    }
+
+    /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the host again.
+    ///
+    /// # Errors
+    /// When the device fails, or memory does not suffice there or here.
+    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        let mut drawing = self.filter(scene, view, region, true)?;
+        drawing.counts.undecided = drawing.counts.undecided.min(region.pixels());
+        Ok(drawing)
+    }
+
+    /// What the filter alone settles: other pixels are [`UNDECIDED`]. For tests and benchmarks.
+    ///
+    /// # Errors
+    /// As [`Gpu::draw`].
+    pub fn draw_filter(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        self.filter(scene, view, region, false)
+    }
+
+    fn filter(&mut self, scene: &Scene, view: &View, region: Region, decide: bool) -> Result<Drawing, DrawError> {
+        let begin = Instant::now();
+        let mut ids = Vec::new();
+        ids.try_reserve_exact(region.pixels()).map_err(|_| {
+            let bytes = 4 * region.pixels();
+            DrawError::Memory(format!("{bytes} bytes for the ids of {} pixels cannot be had", region.pixels()))
+        })?;
+        let mut drawing = Drawing {
+            region,
+            ids,
+            counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
+            times: Times::default(),
+        };
+        if scene.is_empty() {
+            drawing.ids.resize(region.pixels(), NONE);
+            return Ok(drawing);
+        }
+        self.ensure_uploaded(scene)?;
+        // The device's copy leaves `self` while it is drawn from.
+        let Some(uploaded) = self.uploaded.take() else {
+            return Err(DrawError::Device("the scene is not on the device".into()));
+        };
+        let eye = uploaded.fixed.and_then(|fixed| Eye::new(&fixed, &scene.bounds(), view));
+        let mut result = Ok(());
+        match &eye {
+            None if decide => {
+                self.uploaded = Some(uploaded);
+                let mut drawing = self.cpu.draw(scene, view, region)?;
+                drawing.counts.undecided = region.pixels();
+                return Ok(drawing);
+            }
+            None => drawing.ids.resize(region.pixels(), UNDECIDED),
+            Some(eye) => {
+                let truth = Truth::new(view, scene.bounds());
+                let job = Job { scene, truth: &truth, eye, chunks: &uploaded.chunks };
+                drawing.times.prepare += since(begin);
+                let across = region.width.div_ceil(TILE);
+                let rows = (self.limits.tiles as u32 / across).max(1) * TILE;
+                for top in (0..region.height).step_by(rows as usize) {
+                    let band = Region { y: region.y + top, height: rows.min(region.height - top), ..region };
+                    result = self.draw_band(&job, band, &mut drawing, decide);
+                    if result.is_err() {
+                        break;
+                    }
+                }
+            }
+        }
+        self.uploaded = Some(uploaded);
+        result.map(|()| drawing)
+    }
+
+    /// Appends the ids of a band.
+    fn draw_band(&mut self, job: &Job, region: Region, drawing: &mut Drawing, decide: bool) -> Result<(), DrawError> {
+        let start = drawing.ids.len();
+        drawing.ids.resize(start + region.pixels(), NONE);
+        let mut band = Band::new(region);
+        let mut slots = Vec::new();
+        let mut single = true;
+        let mut waves = 0;
+        let mut projector = None;
+        for chunk in job.chunks {
+            let mut left = bins::split(chunk.range.clone());
+            while !left.iter().all(Range::is_empty) {
+                let begin = Instant::now();
+                let Job { scene, truth, eye, .. } = *job;
+                projector = Some(self.wave.collect(scene, truth, region, &mut left, self.limits.wave, &KeepAll));
+                waves += 1;
+                drawing.counts.entries += self.wave.entries.len();
+                let only = waves == 1 && job.chunks.len() == 1 && left.iter().all(Range::is_empty);
+                let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits);
+                single = only && whole;
+                drawing.times.prepare += since(begin);
+                let begin = Instant::now();
+                let band = &band;
+                let slots = single.then_some(&mut slots);
+                self.guarded(|gpu| gpu.executor.run(eye, band, chunk, &gpu.wave, &passes, slots))?;
+                drawing.times.render += since(begin);
+            }
+        }
+        let begin = Instant::now();
+        if !single && let Some(chunk) = job.chunks.first() {
+            slots = band.met();
+            self.guarded(|gpu| gpu.executor.finish(job.eye, &band, chunk, &slots))?;
+        }
+        drawing.times.render += since(begin);
+        let begin = Instant::now();
+        let ids = &mut drawing.ids[start..];
+        let places = if single {
+            slots.len()
+        } else if slots.is_empty() {
+            0
+        } else {
+            band.tiles()
+        };
+        self.guarded(|gpu| {
+            gpu.executor.read_back(places, |found| {
+                for (place, &tile) in slots.iter().enumerate() {
+                    let at = if single { place } else { tile as usize } * TILE_PIXELS;
+                    fill_tile(ids, region, band.columns, tile, &found[at..at + TILE_PIXELS]);
+                }
+            })
+        })?;
+        for &tile in &band.host {
+            fill_tile(ids, region, band.columns, tile, &[UNDECIDED; TILE_PIXELS]);
+        }
+        drawing.times.read_back += since(begin);
+        if !decide || !self.executor.certain {
+            return Ok(());
+        }
+        let begin = Instant::now();
+        let mut undecided = Undecided::find(ids, region, band.columns);
+        drawing.counts.undecided += undecided.pixels;
+        if undecided.pixels * 8 > region.pixels() {
+            // The native device draws eight pixels in the time in which one is decided here.
+            let Drawing { ids: all, counts, .. } = self.cpu.draw(job.scene, job.truth.view(), region)?;
+            ids.copy_from_slice(&all);
+            drawing.counts.exact += counts.exact;
+        } else if undecided.pixels > 0 {
+            let mut tally = Tally::default();
+            match projector {
+                Some(projector) if waves == 1 => {
+                    tally += undecided.look(job.scene, job.truth, &projector, &self.wave);
+                }
+                _ => {
+                    // The lists are gone: make them again, of these tiles.
+                    let mask = undecided.mask(band.tiles());
+                    let mut left = bins::split(0..job.scene.len());
+                    while !left.iter().all(Range::is_empty) {
+                        let these = These(&mask);
+                        let projector =
+                            self.wave.collect(job.scene, job.truth, region, &mut left, self.limits.wave, &these);
+                        tally += undecided.look(job.scene, job.truth, &projector, &self.wave);
+                    }
+                }
+            }
+            undecided.write(ids, region);
+            drawing.counts.exact += tally.big as usize;
+        }
+        drawing.times.decide += since(begin);
+        Ok(())
+    }
+
+    /// Puts a scene on the device unless it is there.
+    fn ensure_uploaded(&mut self, scene: &Scene) -> Result<(), DrawError> {
+        if self.uploaded.as_ref().is_some_and(|uploaded| uploaded.identity == scene.identity()) {
+            return Ok(());
+        }
+        self.uploaded = None;
+        let fixed = Fixed::new(&scene.bounds());
+        let mut chunks = Vec::new();
+        if let Some(fixed) = &fixed {
+            for start in (0..scene.len()).step_by(self.chunk) {
+                let range = start..scene.len().min(start + self.chunk);
+                let buffer = self.guarded(|gpu| {
+                    let buffer = gpu.executor.device.create_buffer(&wgpu::BufferDescriptor {
+                        label: Some("spheres"),
+                        size: range.len() as u64 * 16,
+                        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                        mapped_at_creation: false,
+                    });
+                    gpu.send_spheres(scene, fixed, range.clone(), &buffer);
+                    Ok(buffer)
+                })?;
+                self.uploads += range.len() as u64 * 16;
+                chunks.push(Chunk { range, buffer });
+            }
+        }
+        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks });
+        Ok(())
+    }
+
+    /// Writes the records of a chunk, a part at a time, so that the host never holds a second copy of a large scene.
+    fn send_spheres(&self, scene: &Scene, fixed: &Fixed, range: Range<usize>, buffer: &wgpu::Buffer) {
+        const PART: usize = 1 << 20;
+        let Executor { device, queue, .. } = &self.executor;
+        let mut records = Vec::new();
+        for start in range.clone().step_by(PART) {
+            let part = start..range.end.min(start + PART);
+            let at = ((start - range.start) * 16) as u64;
+            let Some(size) = NonZeroU64::new((part.len() * 16) as u64) else { continue };
+            part.into_par_iter()
+                .with_min_len(1 << 12)
+                .map(|k| {
+                    let (block, at) = scene.locate(k);
+                    fixed.record(block.center(at), block.radius(at))
+                })
+                .collect_into_vec(&mut records);
+            if let Some(mut view) = queue.write_buffer_with(buffer, at, size) {
+                view.copy_from_slice(bytemuck::cast_slice(&records));
+            }
+            // Staging memory is freed when the device is done with it.
+            queue.submit([]);
+            let _ = device.poll(wgpu::PollType::Poll);
+        }
+    }
+
+    /// Runs something with errors of the device caught.
+    fn guarded<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, DrawError>) -> Result<T, DrawError> {
+        let device = self.executor.device.clone();
+        let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+        let result = work(self);
+        let faults = [pollster::block_on(internal.pop()), pollster::block_on(validation.pop())];
+        if let Some(error) = pollster::block_on(memory.pop()) {
+            return Err(DrawError::Memory(format!("{} is out of memory: {error}", self.description())));
+        }
+        let lost = self.fault.lock().map_or(None, |fault| fault.clone());
+        match faults.into_iter().flatten().map(|error| error.to_string()).next().or(lost) {
+            Some(message) => Err(DrawError::Device(message)),
+            None => result,
+        }
+    }
+}
+
+/// Milliseconds since.
+fn since(begin: Instant) -> f64 {
+    begin.elapsed().as_secs_f64() * 1e3
+}
+
+/// Keeps the first fault.
+fn remember(fault: &Mutex<Option<String>>, message: String) {
+    if let Ok(mut fault) = fault.lock() {
+        fault.get_or_insert(message);
+    }
+}

@@ -1,0 +1,95 @@
+//! The thread that draws: the window stays responsive however long a picture takes.
+//!
+//! It takes one view at a time. Whoever asks keeps the newest view back until the last picture has come, so that views that
+//! are overtaken are never drawn.
+
+use std::{
+    sync::mpsc::{self, Sender},
+    thread::{self, JoinHandle},
+    time::Instant,
+};
+
+use rayon::prelude::*;
+
+use crate::{
+    camera::{Region, View},
+    frame::Paint,
+    render::{Device, DrawError},
+    scene::Scene,
+};
+
+/// A picture.
+pub(super) struct Frame {
+    /// What it shows.
+    pub view: View,
+    /// Index of the sphere at every pixel.
+    pub ids: Vec<i32>,
+    /// Colours as the window takes them: 0x00rrggbb.
+    pub pixels: Vec<u32>,
+    /// How long it took to draw.
+    pub milliseconds: f64,
+}
+
+/// The drawing thread.
+pub(super) struct Painter {
+    jobs: Sender<View>,
+    thread: JoinHandle<()>,
+}
+
+impl Painter {
+    /// Starts the thread; every view sent is answered by one call of `done`.
+    pub fn start(
+        mut device: Device,
+        scene: Scene,
+        background: [u8; 3],
+        done: impl Fn(Result<Frame, DrawError>) + Send + 'static,
+    ) -> Self {
+        let (jobs, queue) = mpsc::channel();
+        let thread = thread::spawn(move || {
+            let last_words = LastWords(&done);
+            while let Ok(view) = queue.recv() {
+                done(draw(&mut device, &scene, background, view));
+            }
+            drop(last_words);
+        });
+        Self { jobs, thread }
+    }
+
+    /// Begins a picture. One at a time: the next when this one is done.
+    pub fn begin(&self, view: View) {
+        // A thread that has ended has said so itself.
+        let _ = self.jobs.send(view);
+    }
+
+    /// Ends the thread after the picture that is under way.
+    pub fn end(self) {
+        let Self { jobs, thread } = self;
+        drop(jobs);
+        // If it panicked it has reported that.
+        let _ = thread.join();
+    }
+}
+
+fn draw(device: &mut Device, scene: &Scene, background: [u8; 3], view: View) -> Result<Frame, DrawError> {
+    let start = Instant::now();
+    let ids = device.draw(scene, &view, Region::whole(view.image))?.ids;
+    let colors = Paint { scene, background }.colors(&ids);
+    let pixels = colors.par_iter().map(|&color| packed(color)).collect();
+    Ok(Frame { view, ids, pixels, milliseconds: start.elapsed().as_secs_f64() * 1e3 })
+}
+
+/// A colour as the window takes it.
+pub(super) fn packed([red, green, blue]: [u8; 3]) -> u32 {
+    u32::from_be_bytes([0, red, green, blue])
+}
+
+/// Says so when the thread ends by a panic: otherwise the window would wait for ever for its picture.
+struct LastWords<'a, F: Fn(Result<Frame, DrawError>)>(&'a F);
+
+impl<F: Fn(Result<Frame, DrawError>)> Drop for LastWords<'_, F> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0(Err(DrawError::Device("the drawing thread panicked".into())));
+        }
+    }
+}
