@@ -1,7 +1,7 @@
 //! The plot of `bench accuracy`: error against time, one panel a scene, one mark a method and device, as SVG.
 //!
-//! Panels share their axes: time per pixel to the right, wrong pixels of a million upwards, both logarithmic; below the
-//! axis break lies zero. Methods are told apart by colour and shape, which the legend names; panels need no other words.
+//! Panels share their axes: time per pixel to the right, wrong pixels of a million upwards, both logarithmic; a
+//! band below them is for zero. Methods are told apart by colour and shape, which the legend names; panels need no other words.
 
 use std::fmt::Write;
 
@@ -13,15 +13,20 @@ use super::{
 const COLUMNS: usize = 4;
 /// A panel and the room around it.
 const WIDE: f64 = 250.0;
-const HIGH: f64 = 190.0;
-const GAP_X: f64 = 18.0;
+const HIGH: f64 = 216.0;
+const GAP_X: f64 = 38.0;
 const GAP_Y: f64 = 50.0;
 /// Around all panels.
 const LEFT: f64 = 78.0;
 const RIGHT: f64 = 24.0;
 const BOTTOM: f64 = 64.0;
-/// Of the row of zeros, above the floor of a panel.
-const ZERO: f64 = 20.0;
+/// Of the band of zeros, on the floor of a panel; marks that would overlap lie above each other in it.
+const ZERO: f64 = 74.0;
+/// Of one row of marks in that band, and the width that a mark takes up.
+const LANE: f64 = 14.0;
+const MARK: f64 = 14.5;
+/// Above a million.
+const HEAD: f64 = 12.0;
 
 /// Colours that people with any colour vision tell apart (Okabe and Ito, 2008).
 fn color(method: Method) -> &'static str {
@@ -108,24 +113,25 @@ pub fn svg(report: &Report) -> String {
     let width = LEFT + RIGHT + columns as f64 * (WIDE + GAP_X) - GAP_X;
     let per_line = (((width - LEFT) / 170.0) as usize).max(1);
     let legend_lines = legend.len().div_ceil(per_line);
-    let top = 64.0 + 22.0 * legend_lines as f64;
+    let top = 80.0 + 22.0 * legend_lines as f64;
     let height = top + lines as f64 * (HIGH + GAP_Y) + BOTTOM;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
          viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#222222\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
-         <text x=\"{LEFT}\" y=\"28\" font-size=\"17\" font-weight=\"bold\">Wrong pixels against time, {} x {} pixels</text>\n",
+         <text x=\"{LEFT}\" y=\"28\" font-size=\"17\" font-weight=\"bold\">Wrong pixels against time, {} x {} pixels</text>\n\
+         <text x=\"{LEFT}\" y=\"47\">Filled: CPU; hollow: GPU. What a filter alone leaves open is not counted as wrong.</text>\n",
         report.image[0], report.image[1]
     );
     for (k, (method, on_cpu, words)) in legend.iter().enumerate() {
-        let (x, y) = (LEFT + 8.0 + (k % per_line) as f64 * 170.0, 54.0 + (k / per_line) as f64 * 22.0);
+        let (x, y) = (LEFT + 8.0 + (k % per_line) as f64 * 170.0, 70.0 + (k / per_line) as f64 * 22.0);
         let _ = writeln!(out, "{}", mark(*method, *on_cpu, x, y));
         let _ = writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>", x + 13.0, y + 4.0, escaped(words));
     }
     let across = |ns: f64| (ns.max(1e-300).log10() - f64::from(first_x)) / f64::from(last_x - first_x) * WIDE;
     let up = |wrong: f64| {
         let share = (wrong.log10() - f64::from(first_y)) / f64::from(last_y - first_y);
-        if wrong > 0.0 { 2.0 * ZERO + share * (HIGH - 2.0 * ZERO) } else { ZERO }
+        ZERO + HEAD + share * (HIGH - ZERO - 2.0 * HEAD)
     };
     for (k, (scene, spheres)) in scenes.iter().enumerate() {
         let (column, line) = (k % columns, k / columns);
@@ -166,14 +172,22 @@ pub fn svg(report: &Report) -> String {
         }
         let mut ticks: Vec<(f64, String)> =
             (first_y..=last_y).map(|exponent| (up(10f64.powi(exponent)), power(exponent))).collect();
-        ticks.push((ZERO, "0".into()));
+        ticks.push((0.5 * ZERO, "0".into()));
+        let _ = writeln!(
+            out,
+            "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{WIDE}\" height=\"{ZERO}\" fill=\"#009e73\" fill-opacity=\"0.10\" \
+             stroke=\"#999999\"/>",
+            floor - ZERO
+        );
         for (height, label) in ticks {
             let at = floor - height;
-            let _ = writeln!(
-                out,
-                "<line x1=\"{x:.1}\" y1=\"{at:.1}\" x2=\"{:.1}\" y2=\"{at:.1}\" stroke=\"#dddddd\"/>",
-                x + WIDE
-            );
+            if height > ZERO {
+                let _ = writeln!(
+                    out,
+                    "<line x1=\"{x:.1}\" y1=\"{at:.1}\" x2=\"{:.1}\" y2=\"{at:.1}\" stroke=\"#dddddd\"/>",
+                    x + WIDE
+                );
+            }
             if column == 0 {
                 let _ = writeln!(
                     out,
@@ -183,8 +197,21 @@ pub fn svg(report: &Report) -> String {
                 );
             }
         }
-        for row in report.rows.iter().filter(|row| (row.scene.as_str(), row.spheres) == (*scene, *spheres)) {
-            let (at_x, at_y) = (x + across(row.ns_per_pixel), floor - up(wrong(row)));
+        let mut rows: Vec<&Row> =
+            report.rows.iter().filter(|row| (row.scene.as_str(), row.spheres) == (*scene, *spheres)).collect();
+        rows.sort_by(|a, b| a.ns_per_pixel.total_cmp(&b.ns_per_pixel));
+        // Where the last mark of each lane ends.
+        let mut lanes = [f64::NEG_INFINITY; ((ZERO - 4.0) / LANE) as usize];
+        for row in rows {
+            let at_x = x + across(row.ns_per_pixel);
+            let height = if wrong(row) > 0.0 {
+                up(wrong(row))
+            } else {
+                let free = lanes.iter().position(|&end| at_x - end >= MARK).unwrap_or(0);
+                lanes[free] = at_x;
+                2.0 + LANE * (free as f64 + 0.5)
+            };
+            let at_y = floor - height;
             let what = format!(
                 "{}, {}: {:.1} ns a pixel, {:.1} wrong of a million",
                 row.words,
