@@ -216,3 +216,39 @@ impl Row {
         if depth - width > held { Look::Gone } else { Look::Seen([depth - width, depth + width]) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compare<const PERSPECTIVE: bool>(sides: Option<[[f64; 2]; 2]>) {
+        let mut short = 0;
+        for k in 0..400 {
+            let far = 1.5f64.powi(k / 10 - 20);
+            let s = Projected { x: 0.3 * far, y: -0.1 * far, z: far, r: 1.7f64.powi(k % 60 - 50) };
+            let screen = Screen::new(sides, s.bound());
+            let own = Margins::new::<PERSPECTIVE>(&s, Screen { plain: f64::INFINITY, ..screen });
+            let shared = Margins::new::<PERSPECTIVE>(&s, screen);
+            assert!(screen.plain < f64::INFINITY);
+            if s.r < screen.plain {
+                assert_eq!(shared.doubt, own.doubt);
+                continue;
+            }
+            short += 1;
+            assert_eq!(shared.solid, own.solid);
+            let pairs = [(shared.doubt, own.doubt), (shared.width, own.width), (shared.rim * (1.0 + 1e-14), own.rim)];
+            for (shared, own) in pairs {
+                assert!(shared >= own && shared <= own * (1.0 + 1e-5), "{s:?}: {shared} {own}");
+            }
+        }
+        assert!(short > 50, "{short}");
+    }
+
+    /// The bounds that most spheres share are at least their own, and hardly more for the farthest.
+    #[test]
+    fn shared_bounds_are_those_of_the_farthest() {
+        compare::<false>(None);
+        compare::<true>(Some([[-0.4, 0.4], [-0.3, 0.3]]));
+        compare::<true>(Some([[-30.0, 20.0], [-3.0, 3.0]]));
+    }
+}
