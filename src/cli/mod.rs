@@ -6,6 +6,8 @@
 mod args;
 mod info;
 mod make;
+mod merge;
+mod planes;
 mod progress;
 mod render;
 #[cfg(feature = "window")]
@@ -22,6 +24,7 @@ use clap::{CommandFactory, Parser};
 use crate::{
     load::LoadError,
     output::OutputError,
+    part::merge::MergeError,
     render::{DeviceError, DrawError},
 };
 
@@ -40,6 +43,9 @@ enum Failure {
     /// A device that failed.
     #[error("{0}")]
     Draw(#[from] DrawError),
+    /// Parts that do not fit together.
+    #[error("{0}")]
+    Merge(#[from] MergeError),
     /// Output.
     #[error("{0}")]
     Output(#[from] OutputError),
@@ -52,7 +58,7 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Load(_) => 2,
+            Self::Usage(_) | Self::Load(_) | Self::Merge(_) => 2,
             Self::Device(_) | Self::Draw(_) => 3,
             Self::Output(_) => 4,
             #[cfg(feature = "window")]
@@ -77,6 +83,7 @@ pub fn main() -> ExitCode {
         args::Command::Render(args) => args.request().and_then(|request| render::run(&request, start)),
         #[cfg(feature = "window")]
         args::Command::View(args) => view::run(&args),
+        args::Command::Merge(args) => args.request().and_then(|request| merge::run(&request, start)),
         args::Command::Info => info::run(),
         args::Command::Make(args) => make::run(&args),
         args::Command::Completions { shell } => completions(shell),
