@@ -431,9 +431,7 @@ fn parts_that_do_not_fit_are_refused() {
     fail(folder, &["merge", "nothing.npz"], 2, &["nothing.npz: no such file"]);
     fail(folder, &["merge", "all.toml"], 2, &["all.toml", "no part of a picture", "--visibility"]);
     let bytes = fs::read(folder.join("s0.npz")).unwrap();
-    for (k, at) in
-        [0, 200, bytes.len() / 3, bytes.len() / 2, bytes.len() - 300, bytes.len() - 10].into_iter().enumerate()
-    {
+    for (k, at) in [0, 200, bytes.len() / 3, bytes.len() / 2, bytes.len() - 300].into_iter().enumerate() {
         let mut flipped = bytes.clone();
         flipped[at] ^= 0x40;
         let name = format!("flipped-{k}.npz");
