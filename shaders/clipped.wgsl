@@ -17,8 +17,8 @@ fn doubt(item: Item, c: Chord) -> vec4<f32> {
     return select(vec4<f32>(NEVER), vec4<f32>(2.02 * error) / max(c.root, vec4<f32>(1.0)), sure);
 }
 
-// Not more than the depth of the hit; NEVER for a certain miss.
-fn lower(range: Range, item: Item, c: Chord) -> vec4<f32> {
+// The key of a lower bound of the hit's depth; MISS for a certain miss.
+fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
     let wide = 2.02 * item.bounds.x;
     let short = doubt(item, c);
     // The near root lies before the centre's foot, and not before low.
@@ -29,25 +29,20 @@ fn lower(range: Range, item: Item, c: Chord) -> vec4<f32> {
     let cut = near_high < vec4<f32>(range.planes.x);
     let gone = (c.square <= vec4<f32>(0.0)) | (far_high < vec4<f32>(range.planes.x));
     let first = max(select(low, far_low, cut), vec4<f32>(range.planes.x));
-    return select(first, vec4<f32>(NEVER), gone | (first > vec4<f32>(range.planes.w)));
+    return select(key(first), vec4<u32>(MISS), gone | (first > vec4<f32>(range.planes.w)));
 }
 
-// Not less than the depth of the hit; NEVER where the hit is in doubt.
-fn upper(range: Range, item: Item, c: Chord) -> f32 {
-    let wide = 2.02 * item.bounds.x;
-    let short = doubt(item, c).x;
-    let low = c.depth.x - c.half.x;
-    let near_high = low + wide + short;
-    let far_low = c.depth.x + max(c.half.x - short, 0.0);
-    let far_high = c.depth.x + wide + c.half.x;
-    let whole = low >= range.planes.y && near_high <= range.planes.z;
-    let cut = near_high < range.planes.x && far_low >= range.planes.y && far_high <= range.planes.z;
-    return select(select(NEVER, far_high, cut), near_high, whole && short < NEVER);
-}
-
-// Whether the depth is certain to be that of the near root, to twice the item's `width`.
-fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
+// 0 where the hit is certain, and its depth at most the lower bound + 2.02 `width`, as in open.wgsl, else AGAIN: the near root in range for
+// certain, or before it for certain and the far root in range.
+fn unsafe_bit(range: Range, item: Item, c: Chord) -> vec4<u32> {
+    let wide = vec4<f32>(2.02 * item.bounds.x);
+    let short = doubt(item, c);
     let low = c.depth - c.half;
-    let high = low + vec4<f32>(2.02 * item.width);
-    return (c.square > vec4<f32>(item.safe)) & (low >= vec4<f32>(range.planes.y)) & (high <= vec4<f32>(range.planes.z));
+    let near_high = low + wide + short;
+    let far_low = c.depth + max(c.half - short, vec4<f32>(0.0));
+    let far_high = c.depth + wide + c.half;
+    let whole = (low >= vec4<f32>(range.planes.y)) & (near_high <= vec4<f32>(range.planes.z));
+    let cut = (near_high < vec4<f32>(range.planes.x)) & (far_low >= vec4<f32>(range.planes.y))
+        & (far_high <= vec4<f32>(range.planes.z));
+    return select(vec4<u32>(AGAIN), vec4<u32>(0u), (c.square > vec4<f32>(item.safe)) & (whole | cut));
 }

@@ -1,33 +1,49 @@
 // The running answer of four pixels: the sphere of least lower bound, and the least lower bound of all others.
 // Minimum does not depend on order, so lists, rounds and chunks in any order give the same.
+//
+// Depths are compared as the bits of non-negative floats, whose order is that of unsigned integers: software devices take several
+// instructions for a minimum of floats, for the sake of NaN, and one for integers.
 
-// Added to the entry of a best whose hit is not safe: it must be looked at again.
+// The key behind every depth.
+const MISS = 0xffffffffu;
+// Added to the entry of a best whose hit is not safe: the host must look at the pixel again.
 const AGAIN = 0x80000000u;
 
 struct Nearest {
-    low: vec4<f32>,
-    rest: vec4<f32>,
+    low: vec4<u32>,
+    rest: vec4<u32>,
     entry: vec4<u32>,
 }
 
 fn nothing() -> Nearest {
-    return Nearest(vec4<f32>(NEVER), vec4<f32>(NEVER), vec4<u32>(0u));
+    return Nearest(vec4<u32>(MISS), vec4<u32>(MISS), vec4<u32>(0u));
+}
+
+// The key of a lower bound: 0 is a lower bound of what is below 0.
+fn key(depth: vec4<f32>) -> vec4<u32> {
+    return bitcast<vec4<u32>>(max(bitcast<vec4<i32>>(depth), vec4<i32>(0)));
+}
+
+fn depth_of(key: u32) -> f32 {
+    return select(bitcast<f32>(key), NEVER, key == MISS);
 }
 
 fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> Nearest {
     let c = chord(item, pixels);
     let low = lower(range, item, c);
-    let named = select(vec4<u32>(entry | AGAIN), vec4<u32>(entry), safe(range, item, c));
-    return Nearest(min(old.low, low), min(old.rest, max(old.low, low)), select(old.entry, named, low < old.low));
+    let least = min(old.low, low);
+    let named = vec4<u32>(entry) | unsafe_bit(range, item, c);
+    // Where both are equal the two contest the pixel, and it does not matter which is named.
+    return Nearest(least, min(old.rest, max(old.low, low)), select(old.entry, named, least == low));
 }
 
 // The farthest lower bound of a column.
 fn farthest(top: Nearest, bottom: Nearest) -> f32 {
     let four = max(top.low, bottom.low);
-    return max(max(four.x, four.y), max(four.z, four.w));
+    return depth_of(max(max(four.x, four.y), max(four.z, four.w)));
 }
 
 // What begins beyond `front` was not looked at.
 fn cut_off(found: Nearest, front: f32) -> Nearest {
-    return Nearest(found.low, min(found.rest, vec4<f32>(front)), found.entry);
+    return Nearest(found.low, min(found.rest, key(vec4<f32>(front))), found.entry);
 }

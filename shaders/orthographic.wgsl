@@ -81,7 +81,7 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
     let dx = pixels.x - item.shape.x;
     let dy = pixels.y - item.shape.y;
     let square = (item.shape.w - dx * dx) - dy * dy;
-    let root = sqrt(max(square, vec4<f32>(0.0)));
+    let root = sqrt(bitcast<vec4<f32>>(max(bitcast<vec4<i32>>(square), vec4<i32>(0))));
     return Chord(square, root, root, vec4<f32>(item.shape.z));
 }
 

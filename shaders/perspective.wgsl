@@ -104,7 +104,7 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
     let m = item.shape.y - item.shape.w * pixels.dy;
     let across = n * pixels.y + m * pixels.x;
     let square = (item.size.x * pixels.a + item.size.y) - ((m * m + n * n) + across * across);
-    let root = sqrt(max(square, vec4<f32>(0.0)));
+    let root = sqrt(bitcast<vec4<f32>>(max(bitcast<vec4<i32>>(square), vec4<i32>(0))));
     let depth = vec4<f32>(item.shape.z) + (m * pixels.y - n * pixels.x) * pixels.inverse;
     return Chord(square, root, root * pixels.inverse, depth);
 }

@@ -32,5 +32,5 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             break;
         }
     }
-    settle_column(tile, eye, range, loosest, column, top, bottom);
+    settle_column(tile, loosest, column, top, bottom);
 }

@@ -75,5 +75,5 @@ fn main(
         }
     }
     loosest = greatest(loosest);
-    settle_column(tile, eye, range, loosest, lane, top, bottom);
+    settle_column(tile, loosest, lane, top, bottom);
 }

@@ -84,8 +84,8 @@ const NEVER = 1e36;
 const NONE = -1;
 // The host must decide, in `ids`.
 const UNDECIDED = -2;
-// Hits nearer to the silhouette than a half chord of the radius over this are looked at twice.
-const REACH = 32.0;
+// Hits so near to the silhouette that half the chord is below the radius over this are left to the host.
+const REACH = 128.0;
 // Spheres above this radius (in steps) would overflow squares: every pixel of their tiles is left to the host.
 const GREATEST_RADIUS = 0x1p40;
 

@@ -6,7 +6,7 @@
 //!
 //! The bounds are derived in [`crate::filter`].
 
-use std::{ops::Range, sync::Mutex, time::Instant};
+use std::{marker::PhantomData, ops::Range, sync::Mutex, time::Instant};
 
 use rayon::prelude::*;
 
@@ -15,6 +15,7 @@ use crate::{
     camera::{Projection, Region, View},
     exact::decide::{Ball, Hit, Root, Tally, Truth},
     filter::{BACK, Look, Margins, Row, length},
+    plan::UNDECIDED,
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
     simd::{self, LANES, Lanes},
@@ -35,6 +36,45 @@ const WAVE: usize = 1 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
 const BAND: usize = 4 << 20;
 
+/// What the tile kernel does with its bounds. Only [`Exact`] is used to draw; the others are compiled apart for `bench`, which
+/// measures what exactness costs.
+trait Mode: Copy + Send + Sync + 'static {
+    /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
+    const BOUNDS: bool;
+    /// Whether what the bounds leave open is decided; without, such pixels are [`crate::plan::UNDECIDED`].
+    const DECIDES: bool;
+}
+
+/// The device.
+#[derive(Clone, Copy)]
+struct Exact;
+
+impl Mode for Exact {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = true;
+}
+
+/// Bounds without decisions.
+#[derive(Clone, Copy)]
+struct FilterOnly;
+
+impl Mode for FilterOnly {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = false;
+}
+
+/// Neither: wrong where rounding matters.
+#[derive(Clone, Copy)]
+struct Uncertified;
+
+impl Mode for Uncertified {
+    const BOUNDS: bool = false;
+    const DECIDES: bool = false;
+}
+
+/// Added to a holder's index where it is one of several that may be nearest; indices themselves are smaller.
+const OPEN: f64 = (1u64 << 32) as f64;
+
 /// Nothing that begins behind these depths is seen in a tile.
 #[derive(Clone, Copy)]
 struct Depths {
@@ -54,10 +94,10 @@ impl Depths {
 struct Tile {
     /// Upper bound of the holder's depth; infinite for none, negative infinite outside the region.
     high: [f64; SIDE * SIDE],
-    /// Lower bound of it.
-    low: [f64; SIDE * SIDE],
     /// Index of the holder, as an f64 so that it can be chosen along with the others.
     id: [f64; SIDE * SIDE],
+    /// No holder's depth is less than its upper bound by more than this.
+    slack: f64,
     /// Blocks whose depth may have become less.
     stale: u32,
 }
@@ -65,18 +105,33 @@ struct Tile {
 impl Default for Tile {
     fn default() -> Self {
         let outside = [f64::NEG_INFINITY; SIDE * SIDE];
-        Self { high: outside, low: outside, id: [NONE; SIDE * SIDE], stale: 0 }
+        Self { high: outside, id: [NONE; SIDE * SIDE], slack: 0.0, stale: 0 }
     }
 }
 
 impl Tile {
+    /// Some holder's bounds are as far apart as this, or so the roundings here and in comparisons make it seem.
+    ///
+    /// [`crate::filter`] leaves over more than the tenth of `W` that is added: the width of an interval is `2 W`, and one
+    /// rounding of a depth is below `0.05 E / sqrt T`.
+    #[inline(always)]
+    fn widen(&mut self, width: f64) {
+        let slack = 1.05 * width;
+        self.slack = if slack > self.slack { slack } else { self.slack };
+    }
+
+    /// The holder's depth lies between these.
+    fn hold(&mut self, at: usize, low: f64, high: f64) {
+        self.widen(high - low + high.abs() * (8.0 * f64::EPSILON));
+        self.high[at] = high;
+    }
+
     /// Nothing is seen yet in the first columns and rows; beyond them there are no pixels.
     fn clear(&mut self, columns: usize, rows: usize) {
         *self = Self { stale: u32::MAX, ..Self::default() };
         for row in 0..rows.min(SIDE) {
             let pixels = row * SIDE..row * SIDE + columns.min(SIDE);
-            self.high[pixels.clone()].fill(f64::INFINITY);
-            self.low[pixels].fill(f64::INFINITY);
+            self.high[pixels].fill(f64::INFINITY);
         }
     }
 }
@@ -94,6 +149,28 @@ impl Cpu {
     /// # Errors
     /// When memory does not suffice.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        self.draw_as::<Exact>(scene, view, region)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`], and counted.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw_filter_only(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
+        drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
+        Ok(drawing)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where rounding matters.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw_uncertified(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        self.draw_as::<Uncertified>(scene, view, region)
+    }
+
+    fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let truth = Truth::new(view, scene.bounds());
         let mut ids = Vec::new();
         ids.try_reserve_exact(region.pixels()).map_err(|_| {
@@ -114,19 +191,19 @@ impl Cpu {
             let start = drawing.ids.len();
             // The memory was reserved; what a tile does not reach stays background.
             drawing.ids.resize(start + band.pixels(), -1);
-            self.draw_band(scene, &truth, band, &mut drawing, start);
+            self.draw_band::<M>(scene, &truth, band, &mut drawing, start);
             top += height;
         }
         Ok(drawing)
     }
 
     /// One band: its spheres in as many waves as memory wants, front ones first where that saves work.
-    fn draw_band(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
+    fn draw_band<M: Mode>(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing, start: usize) {
         let begun = Instant::now();
         let binner = Binner::new(scene, truth, band, SHIFT);
         let grid = binner.grid;
-        let tally = Mutex::new(Tally::default());
-        let painter = Painter { scene, truth, binner: &binner, tally: &tally };
+        let sums = Mutex::new(Sums::default());
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums };
         let ids = &mut drawing.ids[start..];
         let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
         let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
@@ -137,7 +214,7 @@ impl Cpu {
         if !behind && left.iter().all(Range::is_empty) {
             let drawn = Instant::now();
             drawing.counts.entries += lists.entries.len();
-            painter.paint_once(lists, ids);
+            painter.paint_once::<M>(lists, ids);
             drawing.times.render += milliseconds(drawn);
         } else {
             let drawn = Instant::now();
@@ -152,7 +229,7 @@ impl Cpu {
             loop {
                 let drawn = Instant::now();
                 drawing.counts.entries += lists.entries.len();
-                painter.paint(lists, &mut self.tiles, &mut depths);
+                painter.paint::<M>(lists, &mut self.tiles, &mut depths);
                 drawing.times.render += milliseconds(drawn);
                 if left.iter().all(Range::is_empty) {
                     if !std::mem::take(&mut behind) {
@@ -167,11 +244,13 @@ impl Cpu {
                 drawing.times.prepare += milliseconds(prepared);
             }
             let drawn = Instant::now();
-            painter.gather(&self.tiles, ids);
+            painter.gather::<M>(&self.tiles, ids);
             drawing.times.render += milliseconds(drawn);
         }
-        let tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let Sums { tally, tests } = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        drawing.counts.tests += tests;
         drawing.counts.undecided += tally.signs as usize;
+        drawing.counts.small += tally.small as usize;
         drawing.counts.exact += tally.big as usize;
     }
 }
@@ -245,7 +324,7 @@ struct Painter<'a> {
     scene: &'a Scene,
     truth: &'a Truth,
     binner: &'a Binner<'a>,
-    tally: &'a Mutex<Tally>,
+    sums: &'a Mutex<Sums>,
 }
 
 /// Ids that tiles write, each its own pixels.
@@ -256,7 +335,7 @@ unsafe impl Sync for Canvas {}
 
 impl Painter<'_> {
     /// Draws all there is, straight into the ids.
-    fn paint_once(&self, lists: &Lists<Entry>, ids: &mut [i32]) {
+    fn paint_once<M: Mode>(&self, lists: &Lists<Entry>, ids: &mut [i32]) {
         let grid = &self.binner.grid;
         let canvas = Canvas(ids.as_mut_ptr(), ids.len());
         (0..grid.tiles()).into_par_iter().with_max_len(8).for_each(|tile| {
@@ -267,28 +346,28 @@ impl Painter<'_> {
             let (column, row) = (tile % grid.columns as usize, tile / grid.columns as usize);
             let mut state = Tile::default();
             state.clear(region.width as usize - column * SIDE, region.height as usize - row * SIDE);
-            self.paint_tile(lists, tile, &mut state, &mut Depths::NONE.clone());
-            self.write(tile, &state, &canvas);
+            self.paint_tile::<M>(lists, tile, &mut state, &mut Depths::NONE.clone());
+            self.write::<M>(tile, &state, &canvas);
         });
     }
 
     /// Draws on top of what there is.
-    fn paint(&self, lists: &Lists<Entry>, tiles: &mut [Tile], depths: &mut [Depths]) {
+    fn paint<M: Mode>(&self, lists: &Lists<Entry>, tiles: &mut [Tile], depths: &mut [Depths]) {
         let grid = &self.binner.grid;
         tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(|(tile, (state, depths))| {
             if !lists.tile(grid, tile).is_empty() {
-                self.paint_tile(lists, tile, state, depths);
+                self.paint_tile::<M>(lists, tile, state, depths);
             }
         });
     }
 
     /// Writes the ids of all tiles.
-    fn gather(&self, tiles: &[Tile], ids: &mut [i32]) {
+    fn gather<M: Mode>(&self, tiles: &[Tile], ids: &mut [i32]) {
         let canvas = Canvas(ids.as_mut_ptr(), ids.len());
-        tiles.par_iter().enumerate().for_each(|(tile, state)| self.write(tile, state, &canvas));
+        tiles.par_iter().enumerate().for_each(|(tile, state)| self.write::<M>(tile, state, &canvas));
     }
 
-    fn write(&self, tile: usize, state: &Tile, canvas: &Canvas) {
+    fn write<M: Mode>(&self, tile: usize, state: &Tile, canvas: &Canvas) {
         let Region { width, height, .. } = self.binner.projector.region;
         let columns = self.binner.grid.columns as usize;
         let (x, y) = (tile % columns * SIDE, tile / columns * SIDE);
@@ -299,44 +378,55 @@ impl Painter<'_> {
             // SAFETY: inside the ids, checked above; these pixels belong to this tile alone, and the ids outlive the threads.
             let to = unsafe { std::slice::from_raw_parts_mut(canvas.0.add(start), across) };
             for (to, &id) in to.iter_mut().zip(&state.id[row * SIDE..]) {
-                *to = id as i32;
+                *to = if !M::DECIDES && id >= OPEN { UNDECIDED } else { id as i32 };
             }
         }
     }
 
-    fn paint_tile(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile, depths: &mut Depths) {
-        let work = PaintTile { painter: self, lists, tile, state, depths, tally: Tally::default() };
-        let tally = match self.binner.projector.projection {
-            Projection::Orthographic => simd::dispatch(Ortho(work)),
-            Projection::Perspective => simd::dispatch(Persp(work)),
+    fn paint_tile<M: Mode>(&self, lists: &Lists<Entry>, tile: usize, state: &mut Tile, depths: &mut Depths) {
+        let work = PaintTile { painter: self, lists, tile, state, depths, sums: Sums::default() };
+        let sums = match self.binner.projector.projection {
+            Projection::Orthographic => simd::dispatch(Ortho(work, PhantomData::<M>)),
+            Projection::Perspective => simd::dispatch(Persp(work, PhantomData::<M>)),
         };
-        if tally != Tally::default() {
-            *self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner) += tally;
-        }
+        let mut all = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        all.tally += sums.tally;
+        all.tests += sums.tests;
     }
 }
 
-struct Ortho<'a>(PaintTile<'a>);
+/// What tiles count.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    tally: Tally,
+    /// Pixels that spheres were tested at.
+    tests: u64,
+}
 
-impl simd::Work for Ortho<'_> {
-    type Output = Tally;
+struct Ortho<'a, M>(PaintTile<'a>, PhantomData<M>);
+
+impl<M: Mode> simd::Work for Ortho<'_, M> {
+    type Output = Sums;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Tally {
-        self.0.run::<L, false>()
+    fn run<L: Lanes>(self) -> Sums {
+        self.0.run::<L, false, M>()
     }
 }
 
-struct Persp<'a>(PaintTile<'a>);
+struct Persp<'a, M>(PaintTile<'a>, PhantomData<M>);
 
-impl simd::Work for Persp<'_> {
-    type Output = Tally;
+impl<M: Mode> simd::Work for Persp<'_, M> {
+    type Output = Sums;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Tally {
-        self.0.run::<L, true>()
+    fn run<L: Lanes>(self) -> Sums {
+        self.0.run::<L, true, M>()
     }
 }
+
+/// No bounds at all, for `bench`.
+const PLAIN: Margins = Margins { doubt: 0.0, solid: 0.0, width: 0.0, rim: 0.0 };
 
 struct PaintTile<'a> {
     painter: &'a Painter<'a>,
@@ -344,12 +434,12 @@ struct PaintTile<'a> {
     tile: usize,
     state: &'a mut Tile,
     depths: &'a mut Depths,
-    tally: Tally,
+    sums: Sums,
 }
 
 impl PaintTile<'_> {
     #[inline(always)]
-    fn run<L: Lanes, const PERSPECTIVE: bool>(mut self) -> Tally {
+    fn run<L: Lanes, const PERSPECTIVE: bool, M: Mode>(mut self) -> Sums {
         let grid = self.painter.binner.grid;
         let (x, y) = (self.tile % grid.columns as usize * SIDE, self.tile / grid.columns as usize * SIDE);
         let projector = &self.painter.binner.projector;
@@ -369,16 +459,19 @@ impl PaintTile<'_> {
                     if hidden(self.depths, entry.sphere.nearest(), entry.window) {
                         continue;
                     }
+                    let [left, right, top, bottom] = entry.window.map(u64::from);
+                    let lanes = LANES as u64;
+                    self.sums.tests += (right / lanes - left / lanes + 1) * lanes * (bottom - top + 1);
                     if projector.cuts(&entry.sphere) {
-                        self.clipped::<PERSPECTIVE>(entry, &columns, &rows, [x, y]);
+                        self.clipped::<PERSPECTIVE, M>(entry, &columns, &rows, [x, y]);
                     } else {
-                        self.whole::<L, PERSPECTIVE>(entry, &columns, &rows, [x, y]);
+                        self.whole::<L, PERSPECTIVE, M>(entry, &columns, &rows, [x, y]);
                     }
                 }
                 self.freshen::<L, PERSPECTIVE>(&columns, &rows);
             }
         }
-        self.tally
+        self.sums
     }
 
     /// Brings the farthest depth of the blocks up to date.
@@ -423,7 +516,7 @@ impl PaintTile<'_> {
 
     /// A sphere that no plane can cut: the near root, in vector form.
     #[inline(always)]
-    fn whole<L: Lanes, const PERSPECTIVE: bool>(
+    fn whole<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         entry: &Entry,
         columns: &[f64; SIDE],
@@ -431,8 +524,15 @@ impl PaintTile<'_> {
         corner: [usize; 2],
     ) {
         let s = &entry.sphere;
-        let Margins { doubt, solid, width, rim } = Margins::new::<PERSPECTIVE>(s, self.painter.binner.projector.screen);
-        let front = L::splat(s.nearest());
+        let margins =
+            if M::BOUNDS { Margins::new::<PERSPECTIVE>(s, self.painter.binner.projector.screen) } else { PLAIN };
+        let Margins { doubt, solid, width, rim } = margins;
+        let vague = solid == f64::INFINITY;
+        if !vague {
+            self.state.widen(2.0 * width);
+        }
+        // How far before `b` what must be nearer than the holder begins, less its square root.
+        let before = if vague { 0.0 } else { 1.1 * width };
         let id = f64::from(entry.index);
         // A holder that turned out to be the same sphere.
         let mut twin = f64::NAN;
@@ -445,34 +545,32 @@ impl PaintTile<'_> {
                 let sx = L::load(&columns[first..]);
                 let high = L::load(&self.state.high[at..]);
                 let (q, b) = line.meet::<L, PERSPECTIVE>(sx);
-                // The nearest that parallel rays can meet; a square root would tell more, at a price.
-                let behind = if PERSPECTIVE { 0 } else { high.less(front) };
-                let miss = q.less(L::splat(-doubt)) | behind;
-                if miss == u8::MAX {
+                // Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root.
+                // For hits that are not solid, `rim` stands for root and `W`. The tenth added to `W` covers the roundings of
+                // the difference and the square, 1.5 u of the depth: see [`crate::filter`] for what `W` is at least.
+                let ahead = b.sub(L::splat(before)).sub(high).max(zero);
+                let lose = q.less(L::splat(-doubt)) | L::splat(rim * rim).max(q).less(ahead.mul(ahead));
+                if lose == u8::MAX {
                     continue;
                 }
                 let root = q.max(zero).sqrt();
                 // What is NaN is in doubt.
                 let sure = L::splat(solid).less(q);
                 let depth = b.sub(root);
-                let least = L::select(sure, depth.sub(L::splat(width)), b.sub(L::splat(rim)));
                 let most = depth.add(L::splat(width));
-                let low = L::load(&self.state.low[at..]);
-                let win = sure & most.less(low);
-                let lose = miss | high.less(least);
+                let win = sure & most.less(high.sub(L::splat(self.state.slack)));
                 if win != 0 {
                     L::select(win, most, high).store(&mut self.state.high[at..]);
-                    L::select(win, least, low).store(&mut self.state.low[at..]);
                     let ids = L::load(&self.state.id[at..]);
                     L::select(win, L::splat(id), ids).store(&mut self.state.id[at..]);
                     self.touch(row, first);
                 }
                 let mut undecided = !(win | lose);
-                if undecided == 0 {
+                if !M::BOUNDS || undecided == 0 {
                     continue;
                 }
                 let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
-                least.store(&mut leasts);
+                depth.sub(L::splat(width)).store(&mut leasts);
                 most.store(&mut mosts);
                 while undecided != 0 {
                     let k = undecided.trailing_zeros() as usize;
@@ -481,6 +579,15 @@ impl PaintTile<'_> {
                     if self.state.id[at] == twin {
                         // Known to be the same sphere, under another index.
                         self.state.id[at] = twin.min(id);
+                        continue;
+                    }
+                    if !M::DECIDES {
+                        self.leave_open(
+                            entry,
+                            at,
+                            leasts[k],
+                            if sure >> k & 1 == 1 { mosts[k] } else { f64::INFINITY },
+                        );
                         continue;
                     }
                     let depth = (sure >> k & 1 == 1).then_some([leasts[k], mosts[k]]);
@@ -492,7 +599,7 @@ impl PaintTile<'_> {
 
     /// A sphere that a plane may cut: either root, pixel by pixel.
     #[inline(always)]
-    fn clipped<const PERSPECTIVE: bool>(
+    fn clipped<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         entry: &Entry,
         columns: &[f64; SIDE],
@@ -501,7 +608,7 @@ impl PaintTile<'_> {
     ) {
         let s = &entry.sphere;
         let projector = &self.painter.binner.projector;
-        let margins = Margins::new::<PERSPECTIVE>(s, projector.screen);
+        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(s, projector.screen) } else { PLAIN };
         let [left, right, top, bottom] = entry.window.map(usize::from);
         for row in top..=bottom {
             let line = Row::new::<PERSPECTIVE>(s, rows[row]);
@@ -509,16 +616,29 @@ impl PaintTile<'_> {
                 let (sx, at) = (columns[column], row * SIDE + column);
                 match line.look::<PERSPECTIVE>(&margins, [projector.near, projector.far], self.state.high[at], sx) {
                     Look::Gone => {}
-                    Look::Seen([low, high]) if high < self.state.low[at] => {
-                        (self.state.low[at], self.state.high[at]) = (low, high);
+                    Look::Seen([low, high]) if high < self.state.high[at] - self.state.slack => {
+                        self.state.hold(at, low, high);
                         self.state.id[at] = f64::from(entry.index);
                         self.touch(row, column);
                     }
+                    _ if !M::BOUNDS => {}
+                    _ if !M::DECIDES => self.leave_open(entry, at, f64::NEG_INFINITY, f64::INFINITY),
                     _ => {
                         self.settle::<PERSPECTIVE>(entry, at, corner, None);
                     }
                 }
             }
+        }
+    }
+
+    /// For `bench`: the sphere may or may not be the nearest, and begins and ends at these depths at the latest.
+    fn leave_open(&mut self, entry: &Entry, at: usize, least: f64, most: f64) {
+        let (holder, state) = (self.state.id[at], &mut *self.state);
+        state.id[at] = OPEN + if holder == NONE { f64::from(entry.index) } else { holder % OPEN };
+        state.widen(state.high[at] - least);
+        if most < state.high[at] {
+            state.high[at] = most;
+            self.touch(at / SIDE, at % SIDE);
         }
     }
 
@@ -551,21 +671,22 @@ impl PaintTile<'_> {
         let pixel = truth.pixel(region.x + column, region.y + row);
         let hit = match depth {
             Some(_) => Hit::known(ball, Root::Near),
-            None => pixel.hit(ball, &mut self.tally)?,
+            None => pixel.hit(ball, &mut self.sums.tally)?,
         };
         if let Some(held) = held {
             // The holder was seen when it became the holder; which wall is plain where no plane cuts it.
             let whole = !binner.projector.cuts(&binner.projector.project(held.center, held.radius));
             let held = match whole {
                 true => Hit::known(held, Root::Near),
-                false => pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there"),
+                false => pixel.hit(held, &mut self.sums.tally).expect("the holder of a pixel is hit there"),
             };
-            let order = pixel.order(&hit, &held, &mut self.tally);
+            let order = pixel.order(&hit, &held, &mut self.sums.tally);
             if order.then(index.total_cmp(&holder)).is_gt() {
                 return None;
             }
         }
-        [self.state.low[at], self.state.high[at]] = depth.unwrap_or_else(|| pixel.interval(&hit));
+        let [low, high] = depth.unwrap_or_else(|| pixel.interval(&hit));
+        self.state.hold(at, low, high);
         self.state.id[at] = index;
         self.touch(at / SIDE, at % SIDE);
         None

@@ -1,4 +1,5 @@
 //! Pictures of spheres in which every pixel is exactly right.
+pub mod bench;
 pub mod bins;
 pub mod camera;
 pub mod cli;

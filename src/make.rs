@@ -2,13 +2,13 @@
 
 /// Deterministic random numbers: SplitMix64 (Steele, Lea and Flood, 2014), addressed by counter.
 #[derive(Clone, Copy)]
-struct Random {
-    seed: u64,
+pub(crate) struct Random {
+    pub(crate) seed: u64,
 }
 
 impl Random {
     /// Number `index` of the sequence.
-    fn bits(self, index: u64) -> u64 {
+    pub(crate) fn bits(self, index: u64) -> u64 {
         let mut z = self.seed.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -16,7 +16,7 @@ impl Random {
     }
 
     /// A multiple of 2^-24 in [0, 1).
-    fn unit(self, index: u64) -> f32 {
+    pub(crate) fn unit(self, index: u64) -> f32 {
         (self.bits(index) >> 40) as f32 * (1.0 / 16_777_216.0)
     }
 }

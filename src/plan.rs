@@ -452,12 +452,13 @@ impl Band {
 
     /// The dispatches that some lists need, and whether each tile has only one segment among them.
     pub fn passes(&mut self, lists: &Lists<'_>, eye: &Eye, limits: Limits) -> (Vec<Pass>, bool) {
-        let used: Vec<u32> = (0..self.places.len() as u32)
-            .filter(|&t| lists.starts[t as usize] < lists.starts[t as usize + 1] && !self.left_out[t as usize])
-            .collect();
         // Tiles of each kernel, and whether they were never met before.
         let mut kernels = [Vec::new(), Vec::new()];
-        for tile in interleaved(&used) {
+        for tile in order_of_tiles(lists.columns, lists.rows) {
+            let empty = lists.starts[tile as usize] == lists.starts[tile as usize + 1];
+            if empty || self.left_out[tile as usize] {
+                continue;
+            }
             let nearest = lists.nearest[tile as usize];
             let fresh = self.places[tile as usize].is_none();
             let class = if fresh {
@@ -504,16 +505,24 @@ impl Band {
     }
 }
 
-/// Neighbouring workgroups get distant tiles, in runs of one workgroup, so that devices that split a dispatch
-/// into contiguous parts are loaded evenly.
-fn interleaved(tiles: &[u32]) -> Vec<u32> {
-    const RUN: usize = 8;
-    let runs = tiles.len().div_ceil(RUN);
-    let mut stride = (runs as f64 * 0.618) as usize | 1;
-    while gcd(stride, runs.max(1)) != 1 {
+/// Side of the blocks in which tiles are drawn, in tiles.
+const BLOCK: u32 = 8;
+
+/// An order of tiles: blocks of neighbours, whose lists share spheres, come together, so that caches see them together; blocks
+/// that follow each other are distant, so that devices that split a dispatch into contiguous parts are loaded evenly.
+fn order_of_tiles(columns: u32, rows: u32) -> impl Iterator<Item = u32> {
+    let across = columns.div_ceil(BLOCK);
+    let blocks = (across * rows.div_ceil(BLOCK)) as usize;
+    let mut stride = (blocks as f64 * 0.618) as usize | 1;
+    while gcd(stride, blocks.max(1)) != 1 {
         stride += 2;
     }
-    (0..runs).flat_map(|k| tiles[(k * stride % runs) * RUN..].iter().take(RUN).copied()).collect()
+    (0..blocks).flat_map(move |k| {
+        let block = (k * stride % blocks) as u32;
+        let (left, top) = (block % across * BLOCK, block / across * BLOCK);
+        (top..rows.min(top + BLOCK))
+            .flat_map(move |row| (left..columns.min(left + BLOCK)).map(move |column| row * columns + column))
+    })
 }
 
 fn gcd(a: usize, b: usize) -> usize {

@@ -48,8 +48,12 @@ pub struct Counts {
     pub pixels: usize,
     /// Entries of tile lists.
     pub entries: usize,
+    /// Pixels that spheres were tested at, summed over the spheres.
+    pub tests: u64,
     /// Questions (the sign of a number) that the filter left to be decided.
     pub undecided: usize,
+    /// Of these, decided by 128-bit integers.
+    pub small: usize,
     /// Of these, decided by algebra in integers of any size, because neither 128-bit integers nor 100 bits could tell.
     pub exact: usize,
 }

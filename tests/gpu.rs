@@ -128,9 +128,7 @@ fn camera(offset: f64, projection: Projection) -> Camera {
 const IMAGE: ImageSize = ImageSize { width: 203, height: 149 };
 
 fn both_lanes(gpu: &mut Gpu, mut test: impl FnMut(&mut Gpu, &str)) {
-    if std::env::var("SKIP").is_err() {
-        test(gpu, "portable");
-    }
+    test(gpu, "portable");
     if gpu.set_lanes(Lanes::Eight) {
         test(gpu, "subgroup8");
     }

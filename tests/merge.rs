@@ -1,4 +1,4 @@
-//! Parts of pictures, merged, are the whole, byte for byte: every scene of the stress corpus in parts of its spheres, of its
+//! Parts of pictures, merged, are the whole, byte for byte: every scene of the stress corpus, and some of no pattern, in parts of its spheres, of its
 //! picture, and of both, in any order; and the command line with its messages.
 
 mod corpus;
@@ -11,7 +11,7 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-use corpus::{Case, random::Random};
+use corpus::{Case, fuzz::fuzz, random::Random};
 use glam::DVec3;
 use planisphere::{
     camera::{Projection, Region, View},
@@ -151,13 +151,15 @@ fn parts_of(folder: &Path, device: &mut Device, case: &Case, way: usize, random:
 }
 
 #[test]
-fn the_corpus_in_parts_is_the_whole() {
+fn pictures_in_parts_are_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
     let mut gpu = Device::open(&DeviceChoice::Gpu).unwrap_or_else(|error| panic!("{error}"));
     let mut random = Random::new(11);
     let (mut ties, mut exact, mut pixels) = (0, 0, 0);
-    for (number, case) in corpus::corpus().iter().enumerate() {
+    let cases = corpus::corpus().into_iter().chain((0..200).map(fuzz));
+    for (number, case) in cases.enumerate() {
+        let case = &case;
         let Case { name, scene, view } = case;
         let whole = Region::whole(view.image);
         let ids = cpu.draw(scene, view, whole).unwrap().ids;

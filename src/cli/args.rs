@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
-use super::Failure;
+use super::{Failure, bench::BenchArgs};
 use crate::{
     camera::{ImageSize, MAX_SIDE, Region},
     output::Target,
@@ -81,6 +81,8 @@ pub(super) enum Command {
     Info,
     /// Write the arrays and the scene file of a large example scene
     Make(MakeArgs),
+    /// Measure how fast pictures are drawn, and how right they are
+    Bench(BenchArgs),
     /// Print the completion script of a shell
     #[command(long_about = "Print the completion script of a shell, such as:\n  \
         planisphere completions bash > ~/.local/share/bash-completion/completions/planisphere")]
@@ -349,7 +351,7 @@ pub(super) enum MakeKind {
     Lattice,
 }
 
-fn parse_size(text: &str) -> Result<ImageSize, String> {
+pub(super) fn parse_size(text: &str) -> Result<ImageSize, String> {
     let fix = || format!("write width x height in pixels, each 1 to {MAX_SIDE}, such as 1920x1080");
     let (width, height) = text.split_once(['x', 'X']).ok_or_else(fix)?;
     let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fix);
@@ -365,7 +367,7 @@ fn parse_region(text: &str) -> Result<Region, String> {
     }
 }
 
-fn parse_device(text: &str) -> Result<DeviceChoice, String> {
+pub(super) fn parse_device(text: &str) -> Result<DeviceChoice, String> {
     match text {
         "auto" => Ok(DeviceChoice::Auto),
         "gpu" => Ok(DeviceChoice::Gpu),

@@ -4,6 +4,7 @@
 //! standard error.
 
 mod args;
+mod bench;
 mod info;
 mod make;
 mod merge;
@@ -22,6 +23,7 @@ use std::{
 use clap::{CommandFactory, Parser};
 
 use crate::{
+    bench::speed::BenchError,
     load::LoadError,
     output::OutputError,
     part::merge::MergeError,
@@ -46,6 +48,12 @@ enum Failure {
     /// Parts that do not fit together.
     #[error("{0}")]
     Merge(#[from] MergeError),
+    /// A check that did not come out as it must.
+    #[error("{0}")]
+    Check(String),
+    /// A measurement that could not be made.
+    #[error("{0}")]
+    Bench(#[from] BenchError),
     /// Output.
     #[error("{0}")]
     Output(#[from] OutputError),
@@ -60,6 +68,12 @@ impl Failure {
         match self {
             Self::Usage(_) | Self::Load(_) | Self::Merge(_) => 2,
             Self::Device(_) | Self::Draw(_) => 3,
+            Self::Check(_) => 1,
+            Self::Bench(error) => match error {
+                BenchError::Device(_) | BenchError::Draw(_) => 3,
+                BenchError::Process { .. } => 1,
+                BenchError::Io(_) => 4,
+            },
             Self::Output(_) => 4,
             #[cfg(feature = "window")]
             Self::View(_) => 3,
@@ -86,6 +100,7 @@ pub fn main() -> ExitCode {
         args::Command::Merge(args) => args.request().and_then(|request| merge::run(&request, start)),
         args::Command::Info => info::run(),
         args::Command::Make(args) => make::run(&args),
+        args::Command::Bench(args) => bench::run(args),
         args::Command::Completions { shell } => completions(shell),
     };
     match result {

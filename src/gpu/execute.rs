@@ -181,7 +181,7 @@ impl Executor {
         self.wait(submission)
     }
 
-    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), DrawError> {
+    pub fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), DrawError> {
         self.device
             .poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(PATIENCE) })
             .map(|_| ())

@@ -5,12 +5,14 @@
 //! * `lists`: tile lists, made on the host.
 //! * `execute`: uploads, dispatches, ids back; `memory`: buffers that are used again.
 //! * `decide`: what the filter leaves over.
+//! * [`naive`]: a baseline for `bench`.
 
 pub mod adapters;
 mod decide;
 mod execute;
 mod lists;
 mod memory;
+pub mod naive;
 
 use std::{
     num::NonZeroU64,

@@ -1,0 +1,336 @@
+//! `planisphere bench`: measures, and prints what it has found.
+
+use std::{ffi::OsString, path::PathBuf, process::Command};
+
+use clap::{Args as ClapArgs, Subcommand};
+
+use super::{
+    Failure,
+    args::{parse_device, parse_size},
+    print, say,
+};
+use crate::{
+    bench::{
+        accuracy, plot,
+        process::{self, Cost},
+        scenes::Made,
+        speed::{self, BenchError, Contender, Settings, TimedRun},
+        statistics::Summary,
+        table::{Table, number},
+    },
+    camera::{ImageSize, MAX_SIDE},
+    load,
+    output::{self, Target},
+    render::{Device, DeviceChoice},
+};
+
+/// `bench`, as typed.
+#[derive(ClapArgs)]
+pub(super) struct BenchArgs {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Time scenes of every kind and size on every device, as whole processes and frame by frame, and count wrong pixels
+    Speed(SpeedArgs),
+    /// Hold every way of drawing against exact decisions: time, wrong pixels, errors of depths, on easy and hard scenes
+    Accuracy(AccuracyArgs),
+    /// Time whole processes: wall and processor time, peak memory; several commands in turn
+    #[command(
+        long_about = "Time whole processes: wall and processor time, peak memory.\n\nSeveral commands are separated \
+        by ::: and run in turn; the ratios to the first are taken round by round, so that what drifts slowly cancels:\n  \
+        planisphere bench time -- planisphere render a.toml -o none --stats ::: other-program a.txt"
+    )]
+    Time(TimeArgs),
+    /// Open a device and end: what `speed` holds start-up against
+    #[command(hide = true)]
+    Open {
+        /// The device
+        #[arg(long, value_parser = parse_device)]
+        device: DeviceChoice,
+    },
+}
+
+#[derive(ClapArgs)]
+struct SpeedArgs {
+    /// Measure this scene file instead of the built-in scenes
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    scene: Option<PathBuf>,
+
+    /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a GPU if there is one
+    #[arg(long, value_name = "DEVICE", value_parser = parse_device)]
+    device: Option<DeviceChoice>,
+
+    /// Size of the pictures in pixels; 1024x1024, or the scene file's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<ImageSize>,
+
+    /// Frames of each kind
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = parse_repetitions)]
+    frames: usize,
+
+    /// Runs of each whole process; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    runs: usize,
+
+    /// Leave out built-in scenes with more spheres, such as 1e7
+    #[arg(long, value_name = "SPHERES", default_value = "1e6", value_parser = parse_count)]
+    max: usize,
+
+    /// A small matrix: 1e4 spheres at most
+    #[arg(long)]
+    quick: bool,
+
+    /// Leave out the baselines
+    #[arg(long)]
+    no_baselines: bool,
+
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(ClapArgs)]
+struct AccuracyArgs {
+    /// Measure this scene file instead of the built-in scenes
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    scene: Option<PathBuf>,
+
+    /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a GPU if there is one
+    #[arg(long, value_name = "DEVICE", value_parser = parse_device)]
+    device: Option<DeviceChoice>,
+
+    /// Size of the pictures in pixels; 512x512, or the scene file's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<ImageSize>,
+
+    /// Timed pictures of each scene by each method
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = parse_repetitions)]
+    frames: usize,
+
+    /// Few and small scenes
+    #[arg(long)]
+    quick: bool,
+
+    /// Leave out the price of exactness: each device as it is against the same with bounds and decisions switched off
+    #[arg(long)]
+    no_price: bool,
+
+    /// Measure the price of exactness only
+    #[arg(long, conflicts_with_all = ["no_price", "scene", "plot"])]
+    only_price: bool,
+
+    /// Also draw error against time into an SVG file
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    plot: Option<PathBuf>,
+
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(ClapArgs)]
+struct TimeArgs {
+    /// Rounds that count; one more runs first
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = parse_repetitions)]
+    runs: usize,
+
+    /// Run one command once, with no round before, and print its cost as JSON
+    #[arg(long)]
+    json: bool,
+
+    /// Names of the commands in the table, separated by commas
+    #[arg(long, value_delimiter = ',')]
+    names: Vec<String>,
+
+    /// The commands, separated by :::
+    #[arg(required = true, last = true)]
+    commands: Vec<OsString>,
+}
+
+fn parse_repetitions(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| (1..=1000).contains(n)).ok_or_else(|| "write a whole number from 1 to 1000".into())
+}
+
+/// A count such as 1000000 or 1e6.
+fn parse_count(text: &str) -> Result<usize, String> {
+    let fix = || "write a number of spheres, such as 1e6".to_string();
+    let value: f64 = text.parse().map_err(|_| fix())?;
+    if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(i32::MAX) { Ok(value as usize) } else { Err(fix()) }
+}
+
+/// Measures.
+pub(super) fn run(args: BenchArgs) -> Result<(), Failure> {
+    match args.what {
+        What::Speed(args) => run_speed(args),
+        What::Accuracy(args) => run_accuracy(args),
+        What::Time(args) => run_time(args),
+        What::Open { device } => Ok(Device::open(&device).map(drop)?),
+    }
+}
+
+/// The device that was asked for, or those that are there.
+fn contenders(device: Option<DeviceChoice>) -> Result<Vec<Contender>, Failure> {
+    let Some(choice) = device else { return Ok(speed::devices()) };
+    let argument = match &choice {
+        DeviceChoice::Auto => "auto",
+        DeviceChoice::Gpu => "gpu",
+        DeviceChoice::Cpu => "cpu",
+        DeviceChoice::Named(name) => name,
+    };
+    Ok(vec![speed::contender(argument, choice.clone())?])
+}
+
+fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
+    let devices = contenders(args.device)?;
+    let program = std::env::current_exe().map_err(BenchError::from)?;
+    let mut tell = |what: &str| say(&format!("bench: {what}"));
+    let mut settings = Settings {
+        image: args.size.unwrap_or(ImageSize { width: 1024, height: 1024 }),
+        frames: args.frames,
+        runs: args.runs,
+        most: args.max,
+        quick: args.quick,
+        baselines: !args.no_baselines,
+        devices,
+        program,
+    };
+    if 2 * settings.image.width.max(settings.image.height) > MAX_SIDE && args.scene.is_none() {
+        let half = MAX_SIDE / 2;
+        return Err(Failure::Usage(format!(
+            "the matrix holds pictures of twice the size; give --size at most {half}x{half}, or a --scene"
+        )));
+    }
+    let report = match &args.scene {
+        None => speed::matrix(&settings, &mut tell)?,
+        Some(path) => {
+            let loaded = load::load(path)?;
+            settings.image = args.size.unwrap_or(loaded.image);
+            let camera = loaded.camera(settings.image);
+            let made = Made { name: path.display().to_string(), scene: loaded.scene, camera };
+            speed::one(&settings, &made, &mut tell)?
+        }
+    };
+    if args.json {
+        print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))?;
+    } else {
+        print(&report.text())?;
+    }
+    match report.devices_wrong() {
+        0 => Ok(()),
+        wrong => Err(Failure::Check(format!("{wrong} pixels are wrong; none may be"))),
+    }
+}
+
+fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
+    let plot = args.plot.as_deref().map(Target::from_arg);
+    if let Some(target) = &plot {
+        target.check()?;
+        if *target == Target::Stdout {
+            return Err(Failure::Usage("the table goes to standard output; give --plot a file".into()));
+        }
+    }
+    let devices = contenders(args.device)?;
+    let mut tell = |what: &str| say(&format!("bench: {what}"));
+    let mut settings = accuracy::Settings {
+        image: args.size.unwrap_or(ImageSize { width: 512, height: 512 }),
+        frames: args.frames,
+        quick: args.quick,
+        devices,
+        scenes: !args.only_price,
+        price: !args.no_price,
+    };
+    let report = match &args.scene {
+        None => accuracy::all(&settings, &mut tell)?,
+        Some(path) => {
+            let loaded = load::load(path)?;
+            settings.image = args.size.unwrap_or(loaded.image);
+            let camera = loaded.camera(settings.image);
+            let made = Made { name: path.display().to_string(), scene: loaded.scene, camera };
+            accuracy::one(&settings, &made, &mut tell)?
+        }
+    };
+    if let Some(target) = plot {
+        let picture = plot::svg(&report);
+        output::commit(vec![target.stage(|out| out.write_all(picture.as_bytes()))?])?;
+    }
+    if args.json {
+        print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))?;
+    } else {
+        print(&report.text())?;
+    }
+    match report.certain_wrong() {
+        0 => Ok(()),
+        wrong => Err(Failure::Check(format!("{wrong} pixels are wrong where none may be"))),
+    }
+}
+
+fn run_time(args: TimeArgs) -> Result<(), Failure> {
+    let commands: Vec<&[OsString]> = args.commands.split(|argument| argument == ":::").collect();
+    if commands.iter().any(|command| command.is_empty()) {
+        return Err(Failure::Usage("there is no command before or after one of the :::".into()));
+    }
+    let run = |command: &[OsString]| -> Result<TimedRun, Failure> {
+        let ended = process::run(Command::new(&command[0]).args(&command[1..]))
+            .map_err(|error| Failure::Usage(format!("{} cannot be run: {error}", command[0].to_string_lossy())))?;
+        Ok(TimedRun { cost: ended.cost, code: ended.status.code(), errors: ended.errors })
+    };
+    if args.json {
+        let &[command] = &commands[..] else {
+            return Err(Failure::Usage("--json takes one command".into()));
+        };
+        return print(&(serde_json::to_string(&run(command)?).expect("numbers and strings are always JSON") + "\n"));
+    }
+    let mut costs: Vec<Vec<Cost>> = vec![Vec::new(); commands.len()];
+    for round in 0..=args.runs {
+        for (command, costs) in commands.iter().zip(&mut costs) {
+            let run = run(command)?;
+            if run.code != Some(0) {
+                let words = command.join(" ".as_ref());
+                return Err(Failure::Check(format!("{} failed: {}", words.to_string_lossy(), run.errors.trim_end())));
+            }
+            if round > 0 {
+                costs.push(run.cost);
+            }
+        }
+    }
+    let mut table = Table::new(&["command", "wall ms", "least", "greatest", "cpu ms", "peak MB", "wall over first"]);
+    let walls: Vec<Vec<f64>> = costs.iter().map(|costs| costs.iter().map(|cost| cost.wall).collect()).collect();
+    for (k, costs) in costs.iter().enumerate() {
+        let name =
+            args.names.get(k).cloned().unwrap_or_else(|| commands[k].join(" ".as_ref()).to_string_lossy().into_owned());
+        let wall = Summary::of(&walls[k]);
+        let cpu = Summary::of(&costs.iter().filter_map(|cost| cost.cpu).collect::<Vec<_>>());
+        let peak = costs.iter().filter_map(|cost| cost.peak).max();
+        let ratio = Summary::of_ratios(&walls[k], &walls[0]);
+        table.row(vec![
+            name,
+            number(wall.map(|s| s.median)),
+            number(wall.map(|s| s.least)),
+            number(wall.map(|s| s.greatest)),
+            number(cpu.map(|s| s.median)),
+            number(peak.map(|bytes| bytes as f64 * 1e-6)),
+            number(ratio.map(|s| s.median)),
+        ]);
+    }
+    print(&table.text())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_and_repetitions() {
+        assert_eq!((parse_count("1e6"), parse_count("250")), (Ok(1_000_000), Ok(250)));
+        for bad in ["", "x", "-1", "1.5", "1e10", "nan"] {
+            assert!(parse_count(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_repetitions("7"), Ok(7));
+        for bad in ["0", "1001", "x", "-1"] {
+            assert!(parse_repetitions(bad).is_err(), "{bad}");
+        }
+    }
+}
