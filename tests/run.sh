@@ -4,15 +4,15 @@
 #   tests/run.sh                      every test
 #   tests/run.sh --test window        arguments go to `cargo test`
 #
-# Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, the
-# libraries that the window loads when it opens under X, and NumPy to read what is written for it. On Debian and Ubuntu what is missing is installed, with sudo
+# Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, and
+# the libraries that the window loads when it opens under X. On Debian and Ubuntu what is missing is installed, with sudo
 # if need be; elsewhere this script says what is missing and stops. No test is ever skipped for lack of something.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# The Vulkan loader and Mesa's software device, the X server, the keys, NumPy; then what winit and softbuffer load.
+# The Vulkan loader and Mesa's software device, the X server, the keys; then what winit and softbuffer load.
 packages=(
-    libvulkan1 mesa-vulkan-drivers xvfb xdotool python3-numpy
+    libvulkan1 mesa-vulkan-drivers xvfb xdotool
     libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0
 )
 
@@ -52,7 +52,6 @@ elsewhere() {
     local missing=() drivers
     command -v Xvfb >/dev/null || missing+=("Xvfb")
     command -v xdotool >/dev/null || missing+=("xdotool")
-    python3 -c "import numpy" 2>/dev/null || missing+=("python3 with numpy")
     drivers=$(find /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d /etc/vulkan/icd.d -name '*.json' 2>/dev/null || true)
     [[ -n "$drivers" || "$(uname -s)" != Linux ]] || missing+=("a Vulkan driver")
     if ((${#missing[@]} > 0)); then
