@@ -173,7 +173,7 @@ pub struct Lists<I> {
 /// What a pass over spheres met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Spheres on the screen and in the clip range.
+    /// Spheres that a pixel's ray may meet in the clip range.
     pub on_screen: usize,
     /// Spheres that are in a list, or in several.
     pub listed: usize,

@@ -16,7 +16,7 @@ use crate::{
 pub struct Survey {
     /// One batch of 64 spheres in so many was looked at; 1: all.
     pub step: usize,
-    /// Spheres that are seen nowhere because they lie off the screen, or outside the clip range.
+    /// Spheres that no pixel's ray can meet: off the screen, outside the clip range, or between the rays.
     pub outside: u64,
     /// Spheres on the screen that a clip plane may cut.
     pub cut: u64,
@@ -182,8 +182,12 @@ pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
     } else {
         let looked = if all { "all were looked at".into() } else { format!("one in {} was looked at", survey.step) };
         let outside = match survey.outside {
-            0 if all => "none is skipped as off screen or outside the clip range".into(),
-            outside => format!("{about}{outside} are off screen or outside the clip range: projected, then skipped"),
+            0 if all => "none is skipped at once".into(),
+            outside => {
+                format!(
+                    "{about}{outside} are off screen, outside the clip range or between the rays: projected, then skipped"
+                )
+            }
         };
         lines.push(("spheres", format!("{spheres}; {outside} ({looked})")));
         drawing(facts, about, &mut lines);

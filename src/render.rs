@@ -47,8 +47,8 @@ pub struct Counts {
     pub spheres: usize,
     /// Pixels of the picture.
     pub pixels: usize,
-    /// Spheres that were skipped because they lie off the screen or outside the clip range; not counted where a picture is drawn
-    /// in bands, each of which skips others.
+    /// Spheres that were skipped because no pixel's ray can meet them: off the screen, outside the clip range, or small and
+    /// between the rays; not counted where a picture is drawn in bands, each of which skips others.
     pub outside: Option<usize>,
     /// Spheres that were skipped, or at least this many, because what was drawn before hides them; not counted in bands. (On the
     /// CPU a sphere over several tiles may be listed before and after, and then hides one of these.)
