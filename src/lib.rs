@@ -31,6 +31,7 @@ pub mod camera;
 pub mod cli;
 pub mod cpu;
 pub mod exact;
+pub mod explain;
 pub mod filter;
 pub mod fov;
 pub mod frame;
