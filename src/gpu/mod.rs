@@ -9,7 +9,7 @@
 pub mod adapters;
 mod decide;
 mod execute;
-mod lists;
+pub mod lists;
 mod memory;
 
 use std::{
