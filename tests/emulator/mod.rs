@@ -233,19 +233,6 @@ impl Machine {
         self.bound.insert(binding, values);
     }
 
-    /// Field of a bound struct.
-    pub fn set_field(&mut self, binding: u32, name: &str, value: Value) {
-        let module = self.module.clone();
-        let (_, variable) = module
-            .global_variables
-            .iter()
-            .find(|(_, v)| v.binding.as_ref().is_some_and(|b| b.binding == binding))
-            .expect("a binding");
-        let TypeInner::Struct { members, .. } = &module.types[variable.ty].inner else { panic!("no struct") };
-        let k = members.iter().position(|m| m.name.as_deref() == Some(name)).expect("a field") as u32;
-        self.bound.get_mut(&binding).expect("it is bound")[0].set(&[k], value);
-    }
-
     /// Runs a function.
     pub fn call(&mut self, name: &str, arguments: Vec<Value>) -> Value {
         let handle = self.names[name];
