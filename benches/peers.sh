@@ -118,7 +118,7 @@ write_povray() {
 
 # Median milliseconds of a moved frame of ours, one process.
 our_frame() {
-    "$ours" bench speed --scene "$folder/peer.toml" --device cpu --frames "$frames" --runs 0 --json 2>/dev/null |
+    "$ours" bench speed --scene "$folder/peer.toml" --device cpu --frames "$frames" --runs 0 --no-baselines --json 2>/dev/null |
         sed 's/.*"moved":{"wall":{"median":\([0-9.e+-]*\).*/\1/'
 }
 

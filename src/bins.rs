@@ -45,9 +45,8 @@ impl Grid {
         let bounds = scene.bounds();
         // The depths of the corners of the box, reduced to what the planes leave.
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for corner in 0..8 {
-            let pick = |k: usize| if corner >> k & 1 == 0 { bounds.min_center[k] } else { bounds.max_center[k] };
-            let s = projector.project([0, 1, 2].map(pick).into(), bounds.max_radius);
+        for corner in bounds.corners() {
+            let s = projector.project(corner, bounds.max_radius);
             (low, high) = (low.min(s.nearest()), high.max(s.z));
         }
         (low, high) = (low.max(projector.near - 2.0 * bounds.max_radius * projector.scale), high.min(projector.far));

@@ -64,17 +64,24 @@ pub struct Screen {
     pub kappa: f64,
     /// `A`.
     pub spread: f64,
+    /// `D` of the sphere that lies farthest, if it had the greatest radius.
+    pub delta: f64,
+    /// Spheres of at least this radius have `T = 2^-16 r^2`, even with that `D`.
+    pub plain: f64,
 }
 
 impl Screen {
-    /// Parallel rays.
-    pub const PARALLEL: Self = Self { kappa: 1.0, spread: 1.0 };
-
-    /// Perspective rays; of the screen coordinates at its sides.
-    pub fn reaching(x: [f64; 2], y: [f64; 2]) -> Self {
-        let reach = |[first, last]: [f64; 2]| first.abs().max(last.abs());
-        let (x, y) = (reach(x), reach(y));
-        Self { kappa: 1.0 + x.max(y), spread: 1.0 + x * x + y * y }
+    /// For spheres whose position bound is at most `position`; of the screen coordinates at its sides, for perspective rays.
+    pub fn new(sides: Option<[[f64; 2]; 2]>, position: f64) -> Self {
+        let (kappa, spread) = sides.map_or((1.0, 1.0), |sides| {
+            let [x, y] = sides.map(|[first, last]| first.abs().max(last.abs()));
+            (1.0 + x.max(y), 1.0 + x * x + y * y)
+        });
+        let delta = kappa * position;
+        let plain = (65536.0 * SOLID * DOUBT * (1.0 + 1e-6)) * (spread * delta);
+        // Where squares come near to what underflows, or overflow, every sphere is looked at by itself.
+        let usable = plain > 1e-100 && plain < 1e100 && spread < 1e40;
+        Self { kappa, spread, delta, plain: if usable { plain } else { f64::INFINITY } }
     }
 }
 
@@ -95,19 +102,26 @@ impl Margins {
     /// Of a sphere.
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, screen: Screen) -> Self {
-        let (position, square) = (s.bound(), s.r * s.r);
-        let Screen { kappa, spread } = if PERSPECTIVE { screen } else { Screen::PARALLEL };
-        let delta = kappa * position;
+        let Screen { kappa, spread, delta, plain } = screen;
+        let square = s.r * s.r;
+        let least = square * (1.0 / 65536.0);
+        let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
+        if s.r >= plain {
+            // Nearly all: the bounds of the farthest sphere are good enough, and cost a few products.
+            let doubt = (DOUBT * (1.0 + 1e-6)) * (spread * delta) * s.r;
+            let width = (256.0 * DOUBT * (1.0 + 1e-6)) * per_quotient * (spread * delta);
+            return Self { doubt, solid: least, width, rim: (RIM / 256.0) * s.r };
+        }
+        let delta = kappa * s.bound();
         // NaN is vague.
         if !(VAGUE * spread * delta <= s.r) {
             let rim = spread.sqrt() * s.r + MIDDLE * delta;
             return Self { doubt: f64::INFINITY, solid: f64::INFINITY, width: f64::INFINITY, rim };
         }
         let doubt = spread * (DOUBT * s.r * delta + FLOOR);
-        let least = square * (1.0 / 65536.0);
         let solid = if SOLID * doubt > least { SOLID * doubt } else { least };
         let edge = solid.sqrt();
-        let width = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL } * doubt / edge;
+        let width = per_quotient * doubt / edge;
         let rim = RIM * edge;
         Self { doubt, solid, width, rim }
     }
@@ -200,5 +214,41 @@ impl Row {
             return Look::Doubt;
         };
         if depth - width > held { Look::Gone } else { Look::Seen([depth - width, depth + width]) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compare<const PERSPECTIVE: bool>(sides: Option<[[f64; 2]; 2]>) {
+        let mut short = 0;
+        for k in 0..400 {
+            let far = 1.5f64.powi(k / 10 - 20);
+            let s = Projected { x: 0.3 * far, y: -0.1 * far, z: far, r: 1.7f64.powi(k % 60 - 50) };
+            let screen = Screen::new(sides, s.bound());
+            let own = Margins::new::<PERSPECTIVE>(&s, Screen { plain: f64::INFINITY, ..screen });
+            let shared = Margins::new::<PERSPECTIVE>(&s, screen);
+            assert!(screen.plain < f64::INFINITY);
+            if s.r < screen.plain {
+                assert_eq!(shared.doubt, own.doubt);
+                continue;
+            }
+            short += 1;
+            assert_eq!(shared.solid, own.solid);
+            let pairs = [(shared.doubt, own.doubt), (shared.width, own.width), (shared.rim * (1.0 + 1e-14), own.rim)];
+            for (shared, own) in pairs {
+                assert!(shared >= own && shared <= own * (1.0 + 1e-5), "{s:?}: {shared} {own}");
+            }
+        }
+        assert!(short > 50, "{short}");
+    }
+
+    /// The bounds that most spheres share are at least their own, and hardly more for the farthest.
+    #[test]
+    fn shared_bounds_are_those_of_the_farthest() {
+        compare::<false>(None);
+        compare::<true>(Some([[-0.4, 0.4], [-0.3, 0.3]]));
+        compare::<true>(Some([[-30.0, 20.0], [-3.0, 3.0]]));
     }
 }

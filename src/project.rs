@@ -176,22 +176,15 @@ impl Projector {
         };
         let columns = padded(region.width, &|i| sample(truth.view().odd_x(region.x + i), width, across));
         let rows = padded(region.height, &|j| sample(truth.view().odd_y(region.y + j), height, down));
-        let screen = match camera.projection {
-            Projection::Orthographic => Screen::PARALLEL,
-            Projection::Perspective => {
-                let last = |count: u32| count as usize - 1;
-                Screen::reaching([columns[0], columns[last(region.width)]], [rows[0], rows[last(region.height)]])
-            }
-        };
         let axes = truth.axes();
-        Self {
+        let mut projector = Self {
             projection: camera.projection,
             scale,
             near: camera.near * scale,
             far: camera.far * scale,
             columns,
             rows,
-            screen,
+            screen: Screen::new(None, 0.0),
             region,
             origin: camera.origin * scale,
             right: axes.right.nearest(),
@@ -199,7 +192,19 @@ impl Projector {
             forward: axes.forward.nearest(),
             column: [across / width, 0.5 * (f64::from(image.width) - 1.0) - f64::from(region.x)],
             row: [-down / height, 0.5 * (f64::from(image.height) - 1.0) - f64::from(region.y)],
-        }
+        };
+        let ends = |values: &[f64], count: u32| [values[0], values[count as usize - 1]];
+        let sides = match camera.projection {
+            Projection::Orthographic => None,
+            Projection::Perspective => {
+                Some([ends(&projector.columns, region.width), ends(&projector.rows, region.height)])
+            }
+        };
+        // `|x| + |y| + |z|` is greatest at a corner of the box; the factor covers the roundings of the corners themselves.
+        let bounds = truth.bounds();
+        let corners = bounds.corners().map(|corner| projector.project(corner, bounds.max_radius).bound());
+        projector.screen = Screen::new(sides, corners.into_iter().fold(0.0, f64::max) * (1.0 + 1e-9));
+        projector
     }
 
     /// Whether a clip plane may cut a sphere; if not, and it is in the clip range, its near root is what is seen.

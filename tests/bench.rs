@@ -34,8 +34,8 @@ fn speed_of_the_small_matrix() {
     let report = json(&["speed", "--quick", "--json", "--size", "96x96", "--frames", "2", "--runs", "1"]);
     assert_eq!(report["version"], 1);
     let rows = report["rows"].as_array().expect("rows");
-    let devices: Vec<&Value> = rows.iter().filter(|row| row["device"] != "naive cpu loop").collect();
-    assert!(devices.len() >= 15 && devices.len() < rows.len(), "{} of {} rows", devices.len(), rows.len());
+    let devices: Vec<&Value> = rows.iter().filter(|row| !row["cold"].is_null()).collect();
+    assert!(devices.len() >= 30 && devices.len() < rows.len(), "{} of {} rows", devices.len(), rows.len());
     for row in devices {
         for path in ["/process/time/wall/median", "/cold/wall/median", "/moved/wall/median", "/unchanged/wall/median"] {
             assert!(figure(row, path) > 0.0);
@@ -60,6 +60,54 @@ fn speed_of_one_scene() {
     assert!(rows[0]["process"].is_null());
     let table = String::from_utf8(bench(&args).stdout).unwrap();
     assert!(table.contains("perspective.toml") && table.contains("wrong pixels"), "{table}");
+}
+
+#[test]
+fn accuracy_of_few_scenes() {
+    let folder = tempfile::tempdir().unwrap();
+    let plot = folder.path().join("plot.svg");
+    let args = ["accuracy", "--quick", "--json", "--size", "64x64", "--frames", "1", "--plot", plot.to_str().unwrap()];
+    let report = json(&args);
+    assert_eq!(report["version"], 1);
+    let rows = report["rows"].as_array().expect("rows");
+    let methods = |device: &str| {
+        let mut methods: Vec<&str> =
+            rows.iter().filter(|row| row["device"] == device).filter_map(|row| row["method"].as_str()).collect();
+        methods.sort_unstable();
+        methods.dedup();
+        methods.len()
+    };
+    assert_eq!((methods("cpu"), methods("gpu")), (7, 3));
+    let mut inexact = 0.0;
+    for row in rows {
+        assert!(figure(row, "/time/wall/median") > 0.0 && figure(row, "/ns_per_pixel") > 0.0);
+        let wrong = wrong(row, "/wrong");
+        match row["method"].as_str().expect("a name") {
+            "filter_only" | "full" | "exact" => assert_eq!(wrong, 0.0, "{row}"),
+            "textbook" => inexact += wrong,
+            _ => {}
+        }
+        if row["method"] == "full" {
+            assert!(figure(row, "/depth_ulp") <= 0.51, "{row}");
+        }
+    }
+    assert!(inexact > 100.0, "the textbook's quadratic is wrong at {inexact} pixels only");
+    // Each device with and without bounds, on four scenes.
+    assert_eq!(report["price"].as_array().map(Vec::len), Some(8));
+    let svg = std::fs::read_to_string(plot).unwrap();
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    // One mark for each method and scene, each with its words.
+    assert_eq!(svg.matches("<title>").count(), rows.len());
+}
+
+#[test]
+fn accuracy_of_one_scene() {
+    let args = ["accuracy", "--scene", "inside.toml", "--device", "cpu", "--size", "48x48", "--frames", "1"];
+    let table = String::from_utf8(bench(&args).stdout).unwrap();
+    for words in ["inside.toml", "textbook f32", "shifted f32", "f64 alone", "filter alone", "full chain", "all exact"]
+    {
+        assert!(table.contains(words), "{words}: {table}");
+    }
 }
 
 #[cfg(unix)]
@@ -88,6 +136,7 @@ fn arguments_are_checked() {
         &["speed", "--max", "many"],
         &["speed", "--size", "20000x20000"],
         &["speed", "--scene", "none.toml"],
+        &["accuracy", "--plot", "-"],
     ] {
         let output = bench(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));

@@ -1,9 +1,12 @@
-//! Measurements: how fast pictures are drawn ([`speed`]), and how right they are at what price.
+//! Measurements: how fast pictures are drawn ([`speed`]), and how right they are at what price ([`accuracy`]).
 //!
 //! This module makes scenes, runs devices and whole processes, compares with exact ids, and puts the figures into tables; the
 //! command line prints them. The inexact kernels that pictures are compared with live here and nowhere else.
 
+pub mod accuracy;
+pub mod methods;
 pub mod naive;
+pub mod plot;
 pub mod process;
 pub mod reference;
 pub mod scenes;

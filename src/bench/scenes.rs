@@ -433,8 +433,7 @@ mod tests {
                     Kind::Empty | Kind::OffScreen => 0.0..=0.0,
                     Kind::Hidden | Kind::MostlyHidden => 1.0..=1.0,
                     Kind::HotPixel | Kind::MostlyOffScreen => 0.001..=0.2,
-                    Kind::Clustered => 0.05..=0.5,
-                    _ => 0.1..=0.9,
+                    _ => 0.04..=0.9,
                 };
                 assert!(wanted.contains(&share), "{}: {share} of the picture", made.name);
                 match kind {

@@ -23,6 +23,7 @@ use super::{
 };
 use crate::{
     camera::{ImageSize, Region, View},
+    gpu::{self, naive::Naive},
     render::{Device, DeviceChoice, DeviceError, DrawError, Drawing},
 };
 
@@ -71,6 +72,8 @@ pub struct Settings {
     pub most: usize,
     /// A small matrix.
     pub quick: bool,
+    /// Whether baselines are measured too.
+    pub baselines: bool,
     /// The devices.
     pub devices: Vec<Contender>,
     /// This program, to be run.
@@ -231,13 +234,13 @@ impl Conditions {
 
 /// Milliseconds of wall and processor time.
 #[derive(Default)]
-struct Samples {
-    wall: Vec<f64>,
-    cpu: Vec<f64>,
+pub(super) struct Samples {
+    pub(super) wall: Vec<f64>,
+    pub(super) cpu: Vec<f64>,
 }
 
 impl Samples {
-    fn add<T>(&mut self, work: impl FnOnce() -> T) -> T {
+    pub(super) fn add<T>(&mut self, work: impl FnOnce() -> T) -> T {
         let (cpu, wall) = (cpu_time(), Instant::now());
         let value = work();
         self.wall.push(wall.elapsed().as_secs_f64() * 1e3);
@@ -252,7 +255,7 @@ impl Samples {
         self.cpu.extend(cost.cpu);
     }
 
-    fn timing(&self) -> Option<Timing> {
+    pub(super) fn timing(&self) -> Option<Timing> {
         Some(Timing { wall: Summary::of(&self.wall)?, cpu: Summary::of(&self.cpu) })
     }
 }
@@ -285,9 +288,11 @@ pub fn matrix(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<Report, 
         bench.scene(&recipe.make(image), image)?;
     }
     let report_scenes = bench.report_scenes()?;
+    let start_up = bench.start_up()?;
     let rows = bench.rows;
     let mut checks = checks(&rows, settings.image);
     checks.extend(report_scenes);
+    checks.extend(start_up);
     Ok(Report { version: 1, conditions: Conditions::here(&settings.devices), rows, checks })
 }
 
@@ -379,10 +384,12 @@ impl Bench<'_> {
         }
         let naive_limit = if settings.quick { NAIVE_QUICK } else { NAIVE };
         let naive_work = spheres as u64 * image.pixels() as u64;
-        let (mut naive_time, mut naive_wrong) = (Samples::default(), Wrong::default());
+        let mut naive = Baseline::default();
+        let mut plain: Vec<Baseline> = devices.iter().map(|_| Baseline::default()).collect();
         // Slow ones are not run as often.
         let naive_frames = match naive_work {
             0 => 0,
+            _ if !settings.baselines => 0,
             work if work > naive_limit => 0,
             work if work > naive_limit / 5 => settings.frames.min(1),
             _ => settings.frames.min(3),
@@ -392,10 +399,15 @@ impl Bench<'_> {
                 let exact = (step == last_step).then_some(&last.ids[..]);
                 frames.draw_moved(made, &view(step), region, exact)?;
             }
-            if step > settings.frames - naive_frames {
-                let ids = naive_time.add(|| naive::draw(&made.scene, &view(step), region));
-                if step == last_step {
-                    naive_wrong = Wrong::count(&ids, &last.ids);
+            if step + naive_frames > settings.frames {
+                let exact = (step == last_step).then_some(&last.ids[..]);
+                let ids = naive.time.add(|| naive::draw(&made.scene, &view(step), region));
+                naive.compare(&ids, exact);
+                if spheres > gpu::naive::MOST {
+                    continue;
+                }
+                for (frames, baseline) in devices.iter_mut().zip(&mut plain) {
+                    baseline.draw(frames, made, &view(step), exact)?;
                 }
             }
         }
@@ -437,14 +449,15 @@ impl Bench<'_> {
                 wrong: frames.wrong,
             });
         }
-        if let Some(moved) = naive_time.timing() {
+        let of_devices = plain.iter().zip(&settings.devices).map(|(baseline, on)| (baseline, on.argument.as_str()));
+        for (baseline, on) in of_devices.chain([(&naive, "cpu")]) {
+            let Some(moved) = baseline.time.timing() else { continue };
             let cpu = moved.cpu.map(|cpu| cpu.median * 1e6);
-            let tests = naive_work as f64;
             self.rows.push(Row {
                 scene: made.name.clone(),
                 spheres,
                 image: [image.width, image.height],
-                device: "naive cpu loop".into(),
+                device: format!("naive loop, {on}"),
                 process: None,
                 open: None,
                 cold: None,
@@ -452,12 +465,12 @@ impl Bench<'_> {
                 unchanged: None,
                 ns_per_pixel: cpu.map(|cpu| cpu / pixels),
                 ns_per_sphere: cpu.map(|cpu| cpu / spheres as f64),
-                ns_per_test: cpu.map(|cpu| cpu / tests),
+                ns_per_test: cpu.map(|cpu| cpu / naive_work as f64),
                 tests_per_pixel: Some(spheres as f64),
                 covered_per_pixel,
                 bytes_per_sphere: None,
                 compared: image.pixels(),
-                wrong: naive_wrong,
+                wrong: baseline.wrong,
             });
         }
         Ok(())
@@ -502,6 +515,44 @@ impl Bench<'_> {
             });
         }
         Ok(list)
+    }
+
+    /// An empty scene against a process that opens the device and ends, in turn.
+    fn start_up(&mut self) -> Result<Vec<Check>, BenchError> {
+        let settings = self.settings;
+        let mut checks = Vec::new();
+        if settings.runs == 0 {
+            return Ok(checks);
+        }
+        let folder = tempfile::tempdir()?;
+        let (scene, _) = Recipe::new(Kind::Empty, 0).make(settings.image).write(folder.path(), settings.image)?;
+        let picture = folder.path().join("out.png");
+        for device in settings.devices.iter().filter(|device| device.choice != DeviceChoice::Cpu) {
+            (self.say)(&format!("start-up of {}", device.argument));
+            let argument: &std::ffi::OsStr = device.argument.as_ref();
+            let bare = ["bench".as_ref(), "open".as_ref(), "--device".as_ref(), argument];
+            let full = [
+                "render".as_ref(),
+                scene.as_os_str(),
+                "-o".as_ref(),
+                picture.as_os_str(),
+                "--device".as_ref(),
+                argument,
+            ];
+            let (mut walls, mut bares) = (Vec::new(), Vec::new());
+            for round in 0..=2 * settings.runs {
+                let (bare, full) = (timed(&settings.program, &bare)?, timed(&settings.program, &full)?);
+                if round > 0 {
+                    bares.push(bare.wall);
+                    walls.push(full.wall);
+                }
+            }
+            if let Some(ratio) = Summary::of_ratios(&walls, &bares) {
+                let what = "empty scene with a PNG over opening the device, whole processes";
+                checks.push(check(what, &device.argument, ratio.median, 1.15, false));
+            }
+        }
+        Ok(checks)
     }
 
     /// The four scenes of the report, each as a whole process that writes a PNG on the CPU.
@@ -627,7 +678,40 @@ impl Frames {
     }
 }
 
-fn check(what: &str, device: &str, figure: f64, limit: f64, at_least: bool) -> Check {
+/// The frames of a naive loop.
+#[derive(Default)]
+struct Baseline {
+    time: Samples,
+    wrong: Wrong,
+    plain: Option<Naive>,
+}
+
+impl Baseline {
+    fn compare(&mut self, ids: &[i32], exact: Option<&[i32]>) {
+        if let Some(exact) = exact {
+            self.wrong = Wrong::count(ids, exact);
+        }
+    }
+
+    /// On the same GPU as a device's frames.
+    fn draw(&mut self, frames: &mut Frames, made: &Made, view: &View, exact: Option<&[i32]>) -> Result<(), BenchError> {
+        let Some(Device::Gpu(gpu)) = &mut frames.device else { return Ok(()) };
+        if self.plain.is_none() {
+            let mut naive = Naive::new(gpu);
+            // Compiles, and sends the spheres; a small picture, as the loop is slow.
+            let small = View::new(view.camera, ImageSize { width: 8, height: 8 });
+            naive.draw(gpu, &made.scene, &small)?;
+            self.plain = Some(naive);
+        }
+        let Some(naive) = &mut self.plain else { return Ok(()) };
+        let ids = self.time.add(|| naive.draw(gpu, &made.scene, view))?;
+        self.compare(&ids, exact);
+        Ok(())
+    }
+}
+
+/// A figure and its limit.
+pub(super) fn check(what: &str, device: &str, figure: f64, limit: f64, at_least: bool) -> Check {
     let kept = if at_least { figure >= limit } else { figure <= limit };
     Check { what: what.into(), device: device.into(), figure, limit, at_least, kept }
 }
@@ -684,6 +768,16 @@ fn checks(rows: &[Row], image: ImageSize) -> Vec<Check> {
             }
         }
         if device != "cpu" {
+            for count in [1_000, 10_000] {
+                let baseline = format!("naive loop, {device}");
+                let plain = rows
+                    .iter()
+                    .find(|r| r.device == baseline && r.scene == uniform && r.spheres == count && r.image == size);
+                if let (Some(row), Some(plain)) = (find(uniform, count, size), plain) {
+                    let what = format!("{} spheres, the plain loop over a moved frame", self::count(count));
+                    checks.push(check(&what, device, frame(plain) / frame(row), 10.0, true));
+                }
+            }
             for (scene, count, limit) in [("uniform, 4 px", 100_000, 60.0), ("uniform, 1 px", 1_000_000, 120.0)] {
                 if let Some(row) = find(scene, count, size) {
                     let what = format!("{} spheres, {scene}, moved frame, processor ms", self::count(count));
@@ -693,6 +787,24 @@ fn checks(rows: &[Row], image: ImageSize) -> Vec<Check> {
         }
     }
     checks
+}
+
+/// A table of goals; nothing if there are none.
+pub(super) fn goals(checks: &[Check]) -> String {
+    if checks.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(&["figure", "on", "is", "goal", ""]);
+    for check in checks {
+        table.row(vec![
+            check.what.clone(),
+            check.device.clone(),
+            number(Some(check.figure)),
+            format!("{} {}", if check.at_least { ">=" } else { "<=" }, number(Some(check.limit))),
+            if check.kept { "kept" } else { "NOT KEPT" }.into(),
+        ]);
+    }
+    format!("\nGoals\n{}", table.text())
 }
 
 impl Report {
@@ -774,21 +886,7 @@ impl Report {
             ]);
         }
         text += &table.text();
-        if !self.checks.is_empty() {
-            text += "\nGoals\n";
-            let mut table = Table::new(&["figure", "on", "is", "goal", ""]);
-            for check in &self.checks {
-                table.row(vec![
-                    check.what.clone(),
-                    check.device.clone(),
-                    number(Some(check.figure)),
-                    format!("{} {}", if check.at_least { ">=" } else { "<=" }, number(Some(check.limit))),
-                    if check.kept { "kept" } else { "NOT KEPT" }.into(),
-                ]);
-            }
-            text += &table.text();
-        }
-        text
+        text + &goals(&self.checks)
     }
 
     /// Whether a device (not a baseline) was wrong anywhere.

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     bench::{
+        accuracy, plot,
         process::{self, Cost},
         scenes::Made,
         speed::{self, BenchError, Contender, Settings, TimedRun},
@@ -19,7 +20,8 @@ use crate::{
     },
     camera::{ImageSize, MAX_SIDE},
     load,
-    render::DeviceChoice,
+    output::{self, Target},
+    render::{Device, DeviceChoice},
 };
 
 /// `bench`, as typed.
@@ -33,6 +35,8 @@ pub(super) struct BenchArgs {
 enum What {
     /// Time scenes of every kind and size on every device, as whole processes and frame by frame, and count wrong pixels
     Speed(SpeedArgs),
+    /// Hold every way of drawing against exact decisions: time, wrong pixels, errors of depths, on easy and hard scenes
+    Accuracy(AccuracyArgs),
     /// Time whole processes: wall and processor time, peak memory; several commands in turn
     #[command(
         long_about = "Time whole processes: wall and processor time, peak memory.\n\nSeveral commands are separated \
@@ -40,6 +44,13 @@ enum What {
         planisphere bench time -- planisphere render a.toml -o none --stats ::: other-program a.txt"
     )]
     Time(TimeArgs),
+    /// Open a device and end: what `speed` holds start-up against
+    #[command(hide = true)]
+    Open {
+        /// The device
+        #[arg(long, value_parser = parse_device)]
+        device: DeviceChoice,
+    },
 }
 
 #[derive(ClapArgs)]
@@ -71,6 +82,49 @@ struct SpeedArgs {
     /// A small matrix: 1e4 spheres at most
     #[arg(long)]
     quick: bool,
+
+    /// Leave out the baselines
+    #[arg(long)]
+    no_baselines: bool,
+
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(ClapArgs)]
+struct AccuracyArgs {
+    /// Measure this scene file instead of the built-in scenes
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    scene: Option<PathBuf>,
+
+    /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a GPU if there is one
+    #[arg(long, value_name = "DEVICE", value_parser = parse_device)]
+    device: Option<DeviceChoice>,
+
+    /// Size of the pictures in pixels; 512x512, or the scene file's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<ImageSize>,
+
+    /// Timed pictures of each scene by each method
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = parse_repetitions)]
+    frames: usize,
+
+    /// Few and small scenes
+    #[arg(long)]
+    quick: bool,
+
+    /// Leave out the price of exactness: each device as it is against the same with bounds and decisions switched off
+    #[arg(long)]
+    no_price: bool,
+
+    /// Measure the price of exactness only
+    #[arg(long, conflicts_with_all = ["no_price", "scene", "plot"])]
+    only_price: bool,
+
+    /// Also draw error against time into an SVG file
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    plot: Option<PathBuf>,
 
     /// Print JSON instead of tables
     #[arg(long)]
@@ -111,7 +165,9 @@ fn parse_count(text: &str) -> Result<usize, String> {
 pub(super) fn run(args: BenchArgs) -> Result<(), Failure> {
     match args.what {
         What::Speed(args) => run_speed(args),
+        What::Accuracy(args) => run_accuracy(args),
         What::Time(args) => run_time(args),
+        What::Open { device } => Ok(Device::open(&device).map(drop)?),
     }
 }
 
@@ -137,6 +193,7 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
         runs: args.runs,
         most: args.max,
         quick: args.quick,
+        baselines: !args.no_baselines,
         devices,
         program,
     };
@@ -164,6 +221,49 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
     match report.devices_wrong() {
         0 => Ok(()),
         wrong => Err(Failure::Check(format!("{wrong} pixels are wrong; none may be"))),
+    }
+}
+
+fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
+    let plot = args.plot.as_deref().map(Target::from_arg);
+    if let Some(target) = &plot {
+        target.check()?;
+        if *target == Target::Stdout {
+            return Err(Failure::Usage("the table goes to standard output; give --plot a file".into()));
+        }
+    }
+    let devices = contenders(args.device)?;
+    let mut tell = |what: &str| say(&format!("bench: {what}"));
+    let mut settings = accuracy::Settings {
+        image: args.size.unwrap_or(ImageSize { width: 512, height: 512 }),
+        frames: args.frames,
+        quick: args.quick,
+        devices,
+        scenes: !args.only_price,
+        price: !args.no_price,
+    };
+    let report = match &args.scene {
+        None => accuracy::all(&settings, &mut tell)?,
+        Some(path) => {
+            let loaded = load::load(path)?;
+            settings.image = args.size.unwrap_or(loaded.image);
+            let camera = loaded.camera(settings.image);
+            let made = Made { name: path.display().to_string(), scene: loaded.scene, camera };
+            accuracy::one(&settings, &made, &mut tell)?
+        }
+    };
+    if let Some(target) = plot {
+        let picture = plot::svg(&report);
+        output::commit(vec![target.stage(|out| out.write_all(picture.as_bytes()))?])?;
+    }
+    if args.json {
+        print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))?;
+    } else {
+        print(&report.text())?;
+    }
+    match report.certain_wrong() {
+        0 => Ok(()),
+        wrong => Err(Failure::Check(format!("{wrong} pixels are wrong where none may be"))),
     }
 }
 

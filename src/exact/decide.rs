@@ -114,6 +114,7 @@ impl Hit {
 /// Everything about a view that decisions need.
 pub struct Truth {
     view: View,
+    bounds: Bounds,
     axes: Axes,
     field: Field,
     /// The view in 128-bit integers, if its axes are rational, its projection orthographic, and its numbers short.
@@ -153,12 +154,17 @@ impl Truth {
             Projection::Orthographic => small::Frame::new(&axes, field.rational(), view, lcm, exponent),
             Projection::Perspective => None,
         };
-        Self { view: *view, axes, field, small, scale, slack, lcm }
+        Self { view: *view, bounds, axes, field, small, scale, slack, lcm }
     }
 
     /// The view.
     pub fn view(&self) -> &View {
         &self.view
+    }
+
+    /// The spheres' extent.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// The camera's axes.
