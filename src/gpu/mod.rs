@@ -11,7 +11,7 @@
 pub mod adapters;
 mod decide;
 mod execute;
-mod lists;
+pub mod lists;
 mod memory;
 pub mod naive;
 mod order;
