@@ -13,10 +13,12 @@ struct Nearest {
     low: vec4<u32>,
     rest: vec4<u32>,
     entry: vec4<u32>,
+    // Half the width of the best's depth.
+    width: vec4<f32>,
 }
 
 fn nothing() -> Nearest {
-    return Nearest(vec4<u32>(MISS), vec4<u32>(MISS), vec4<u32>(0u));
+    return Nearest(vec4<u32>(MISS), vec4<u32>(MISS), vec4<u32>(0u), vec4<f32>(0.0));
 }
 
 // The key of a lower bound: 0 is a lower bound of what is below 0.
@@ -34,16 +36,23 @@ fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> 
     let least = min(old.low, low);
     let named = vec4<u32>(entry) | unsafe_bit(range, item, c);
     // Where both are equal the two contest the pixel, and it does not matter which is named.
-    return Nearest(least, min(old.rest, max(old.low, low)), select(old.entry, named, least == low));
+    let better = least == low;
+    return Nearest(
+        least,
+        min(old.rest, max(old.low, low)),
+        select(old.entry, named, better),
+        select(old.width, vec4<f32>(item.width), better),
+    );
 }
 
-// The farthest lower bound of a column.
-fn farthest(top: Nearest, bottom: Nearest) -> f32 {
-    let four = max(top.low, bottom.low);
-    return depth_of(max(max(four.x, four.y), max(four.z, four.w)));
+// What begins beyond this changes nothing in a column.
+fn enough(top: Nearest, bottom: Nearest) -> f32 {
+    let low = max(top.low, bottom.low);
+    let width = max(top.width, bottom.width);
+    return depth_of(max(max(low.x, low.y), max(low.z, low.w))) + 2.02 * max(max(width.x, width.y), max(width.z, width.w));
 }
 
 // What begins beyond `front` was not looked at.
 fn cut_off(found: Nearest, front: f32) -> Nearest {
-    return Nearest(found.low, min(found.rest, key(vec4<f32>(front))), found.entry);
+    return Nearest(found.low, min(found.rest, key(vec4<f32>(front))), found.entry, found.width);
 }

@@ -13,24 +13,35 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let deep = pixels_of(eye, column, vec4<f32>(4.0, 5.0, 6.0, 7.0));
     var top = nothing();
     var bottom = nothing();
-    var loosest = 0.0;
-    for (var i = 0u; i < tile.count; i += 8u) {
+    // Conditions come last, see tiles_subgroup8.wgsl; an empty list reads what is not used.
+    var i = 0u;
+    loop {
         var front = -NEVER;
-        for (var k = i; k < min(i + 8u, tile.count); k += 1u) {
-            let entry = entries[tile.start + k];
-            let item = prepare(eye, records[entry - frame.first]);
-            loosest = max(loosest, item.width);
+        let end = min(i + 8u, max(tile.count, 1u));
+        loop {
+            let entry = entries[tile.start + i];
+            var item = prepare(eye, records[entry - frame.first]);
+            if tile.count == 0u {
+                item = beyond(item);
+            }
             front = max(front, item.front);
             top = visit(top, range, item, entry, high);
             bottom = visit(bottom, range, item, entry, deep);
+            i += 1u;
+            if i >= end {
+                break;
+            }
         }
         // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
         front -= frame.disorder;
-        if front > farthest(top, bottom) + 2.02 * loosest {
+        if front > enough(top, bottom) {
             top = cut_off(top, front);
             bottom = cut_off(bottom, front);
             break;
         }
+        if i >= tile.count {
+            break;
+        }
     }
-    settle_column(tile, loosest, column, top, bottom);
+    settle_column(tile, column, top, bottom);
 }

@@ -25,15 +25,16 @@ fn main(
     let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
     var top = nothing();
     var bottom = nothing();
-    var loosest = 0.0;
-    for (var i = 0u; i < tile.count; i += 8u) {
+    // The condition comes last: software devices go through a loop once more, with nothing to do, where it comes first.
+    // An empty list has one round too, in which nothing is within reach.
+    var i = 0u;
+    loop {
         // Past the end the last entry is seen again, out of reach.
-        let own = entries[tile.start + min(i + lane, tile.count - 1u)];
+        let own = entries[tile.start + min(i + lane, max(tile.count, 1u) - 1u)];
         var item = prepare(eye, records[own - frame.first]);
         if i + lane >= tile.count {
             item = beyond(item);
         }
-        loosest = max(loosest, item.width);
         let item0 = share0(item);
         let entry0 = subgroupBroadcast(own, 0u);
         top = visit(top, range, item0, entry0, high);
@@ -68,12 +69,15 @@ fn main(
         bottom = visit(bottom, range, item7, entry7, deep);
         // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
         let front = greatest(item.front) - frame.disorder;
-        if front > greatest(farthest(top, bottom)) + 2.02 * greatest(loosest) {
+        if front > greatest(enough(top, bottom)) {
             top = cut_off(top, front);
             bottom = cut_off(bottom, front);
             break;
         }
+        i += 8u;
+        if i >= tile.count {
+            break;
+        }
     }
-    loosest = greatest(loosest);
-    settle_column(tile, loosest, lane, top, bottom);
+    settle_column(tile, lane, top, bottom);
 }

@@ -23,7 +23,7 @@ struct Frame {
     base_far: f32,
     // At least the length of any ray's direction; 1 for orthographic rays.
     spread: f32,
-    // Index of the first sphere of the chunk.
+    // Place of the first sphere of the chunk.
     first: u32,
     // Tiles of this pass.
     tiles: u32,
@@ -85,14 +85,14 @@ const NONE = -1;
 // The host must decide, in `ids`.
 const UNDECIDED = -2;
 // Hits so near to the silhouette that half the chord is below the radius over this are left to the host.
-const REACH = 128.0;
+const REACH = 64.0;
 // Spheres above this radius (in steps) would overflow squares: every pixel of their tiles is left to the host.
 const GREATEST_RADIUS = 0x1p40;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 // Centre in fixed point (x, y, z), bits of the radius in fixed-point units as f32.
 @group(0) @binding(1) var<storage, read> records: array<vec4<i32>>;
-// Sphere indices in the scene; `frame.first` is that of record 0.
+// Places of spheres among all; `frame.first` is that of record 0.
 @group(0) @binding(2) var<storage, read> entries: array<u32>;
 @group(0) @binding(3) var<storage, read> tiles: array<Tile>;
 // 64 per slot, row by row.

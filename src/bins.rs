@@ -18,9 +18,9 @@ use crate::{
 };
 
 /// Relative bound of the edge of a slab, see [`Grid::slab_start`].
-const EDGE: f64 = 4.0 * U;
+pub const EDGE: f64 = 4.0 * U;
 /// A tile misses a disc if it is farther from the middle than the radius by this many position bounds, see [`Binner::misses`].
-const APART: f64 = 2.0;
+pub const APART: f64 = 1.5;
 
 /// The tiles and slabs of a region.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +33,8 @@ pub struct Grid {
     pub rows: u32,
     /// Slabs of depth.
     pub slabs: u32,
-    start: f64,
+    /// Where the first begins.
+    pub start: f64,
     per_depth: f64,
 }
 
@@ -44,9 +45,8 @@ impl Grid {
         let bounds = scene.bounds();
         // The depths of the corners of the box, reduced to what the planes leave.
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for corner in 0..8 {
-            let pick = |k: usize| if corner >> k & 1 == 0 { bounds.min_center[k] } else { bounds.max_center[k] };
-            let s = projector.project([0, 1, 2].map(pick).into(), bounds.max_radius);
+        for corner in bounds.corners() {
+            let s = projector.project(corner, bounds.max_radius);
             (low, high) = (low.min(s.nearest()), high.max(s.z));
         }
         (low, high) = (low.max(projector.near - 2.0 * bounds.max_radius * projector.scale), high.min(projector.far));
@@ -437,7 +437,8 @@ impl Binner<'_> {
         let dx = apart(columns[first(column)], columns[last(column, width)], sphere.x);
         let dy = apart(rows[last(row, height)], rows[first(row)], sphere.y);
         // Each of dx, dy is within `7 u L + 3 u |dx|` of the truth (see `crate::filter`), so that the distance is within
-        // `sqrt 2 (7 u L) + 4.3 u d`; the squares and their sums round by 6 u, or 3 u as distances, the radius's sum by u.
+        // `sqrt 2 (7 u L) + 4.3 u d`; the squares and sums
+        // round by 2.5 u as distances. `1.5 P` is `12 u (L + r)`.
         let reach = sphere.r + APART * sphere.bound();
         dx * dx + dy * dy > reach * reach
     }

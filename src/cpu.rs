@@ -94,10 +94,10 @@ impl Depths {
 struct Tile {
     /// Upper bound of the holder's depth; infinite for none, negative infinite outside the region.
     high: [f64; SIDE * SIDE],
-    /// Lower bound of it.
-    low: [f64; SIDE * SIDE],
     /// Index of the holder, as an f64 so that it can be chosen along with the others.
     id: [f64; SIDE * SIDE],
+    /// No holder's depth is less than its upper bound by more than this.
+    slack: f64,
     /// Blocks whose depth may have become less.
     stale: u32,
 }
@@ -105,18 +105,33 @@ struct Tile {
 impl Default for Tile {
     fn default() -> Self {
         let outside = [f64::NEG_INFINITY; SIDE * SIDE];
-        Self { high: outside, low: outside, id: [NONE; SIDE * SIDE], stale: 0 }
+        Self { high: outside, id: [NONE; SIDE * SIDE], slack: 0.0, stale: 0 }
     }
 }
 
 impl Tile {
+    /// Some holder's bounds are as far apart as this, or so the roundings here and in comparisons make it seem.
+    ///
+    /// [`crate::filter`] leaves over more than the tenth of `W` that is added: the width of an interval is `2 W`, and one
+    /// rounding of a depth is below `0.05 E / sqrt T`.
+    #[inline(always)]
+    fn widen(&mut self, width: f64) {
+        let slack = 1.05 * width;
+        self.slack = if slack > self.slack { slack } else { self.slack };
+    }
+
+    /// The holder's depth lies between these.
+    fn hold(&mut self, at: usize, low: f64, high: f64) {
+        self.widen(high - low + high.abs() * (8.0 * f64::EPSILON));
+        self.high[at] = high;
+    }
+
     /// Nothing is seen yet in the first columns and rows; beyond them there are no pixels.
     fn clear(&mut self, columns: usize, rows: usize) {
         *self = Self { stale: u32::MAX, ..Self::default() };
         for row in 0..rows.min(SIDE) {
             let pixels = row * SIDE..row * SIDE + columns.min(SIDE);
-            self.high[pixels.clone()].fill(f64::INFINITY);
-            self.low[pixels].fill(f64::INFINITY);
+            self.high[pixels].fill(f64::INFINITY);
         }
     }
 }
@@ -512,7 +527,12 @@ impl PaintTile<'_> {
         let margins =
             if M::BOUNDS { Margins::new::<PERSPECTIVE>(s, self.painter.binner.projector.screen) } else { PLAIN };
         let Margins { doubt, solid, width, rim } = margins;
-        let front = L::splat(s.nearest());
+        let vague = solid == f64::INFINITY;
+        if !vague {
+            self.state.widen(2.0 * width);
+        }
+        // How far before `b` what must be nearer than the holder begins, less its square root.
+        let before = if vague { 0.0 } else { 1.1 * width };
         let id = f64::from(entry.index);
         // A holder that turned out to be the same sphere.
         let mut twin = f64::NAN;
@@ -525,26 +545,22 @@ impl PaintTile<'_> {
                 let sx = L::load(&columns[first..]);
                 let high = L::load(&self.state.high[at..]);
                 let (q, b) = line.meet::<L, PERSPECTIVE>(sx);
-                // The nearest that parallel rays can meet; a square root would tell more, at a price.
-                let behind = if PERSPECTIVE { 0 } else { high.less(front) };
-                let miss = q.less(L::splat(-doubt)) | behind;
-                if miss == u8::MAX {
+                // Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root.
+                // For hits that are not solid, `rim` stands for root and `W`. The tenth added to `W` covers the roundings of
+                // the difference and the square, 1.5 u of the depth: see [`crate::filter`] for what `W` is at least.
+                let ahead = b.sub(L::splat(before)).sub(high).max(zero);
+                let lose = q.less(L::splat(-doubt)) | L::splat(rim * rim).max(q).less(ahead.mul(ahead));
+                if lose == u8::MAX {
                     continue;
                 }
                 let root = q.max(zero).sqrt();
                 // What is NaN is in doubt.
                 let sure = L::splat(solid).less(q);
                 let depth = b.sub(root);
-                let least = L::select(sure, depth.sub(L::splat(width)), b.sub(L::splat(rim)));
                 let most = depth.add(L::splat(width));
-                let low = if M::BOUNDS { L::load(&self.state.low[at..]) } else { high };
-                let win = sure & most.less(low);
-                let lose = miss | high.less(least);
+                let win = sure & most.less(high.sub(L::splat(self.state.slack)));
                 if win != 0 {
                     L::select(win, most, high).store(&mut self.state.high[at..]);
-                    if M::BOUNDS {
-                        L::select(win, least, low).store(&mut self.state.low[at..]);
-                    }
                     let ids = L::load(&self.state.id[at..]);
                     L::select(win, L::splat(id), ids).store(&mut self.state.id[at..]);
                     self.touch(row, first);
@@ -554,7 +570,7 @@ impl PaintTile<'_> {
                     continue;
                 }
                 let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
-                least.store(&mut leasts);
+                depth.sub(L::splat(width)).store(&mut leasts);
                 most.store(&mut mosts);
                 while undecided != 0 {
                     let k = undecided.trailing_zeros() as usize;
@@ -600,8 +616,8 @@ impl PaintTile<'_> {
                 let (sx, at) = (columns[column], row * SIDE + column);
                 match line.look::<PERSPECTIVE>(&margins, [projector.near, projector.far], self.state.high[at], sx) {
                     Look::Gone => {}
-                    Look::Seen([low, high]) if high < self.state.low[at] => {
-                        (self.state.low[at], self.state.high[at]) = (low, high);
+                    Look::Seen([low, high]) if high < self.state.high[at] - self.state.slack => {
+                        self.state.hold(at, low, high);
                         self.state.id[at] = f64::from(entry.index);
                         self.touch(row, column);
                     }
@@ -619,7 +635,7 @@ impl PaintTile<'_> {
     fn leave_open(&mut self, entry: &Entry, at: usize, least: f64, most: f64) {
         let (holder, state) = (self.state.id[at], &mut *self.state);
         state.id[at] = OPEN + if holder == NONE { f64::from(entry.index) } else { holder % OPEN };
-        state.low[at] = state.low[at].min(least);
+        state.widen(state.high[at] - least);
         if most < state.high[at] {
             state.high[at] = most;
             self.touch(at / SIDE, at % SIDE);
@@ -669,7 +685,8 @@ impl PaintTile<'_> {
                 return None;
             }
         }
-        [self.state.low[at], self.state.high[at]] = depth.unwrap_or_else(|| pixel.interval(&hit));
+        let [low, high] = depth.unwrap_or_else(|| pixel.interval(&hit));
+        self.state.hold(at, low, high);
         self.state.id[at] = index;
         self.touch(at / SIDE, at % SIDE);
         None

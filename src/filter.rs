@@ -7,28 +7,28 @@
 //! derivation leaves out what is `u` times smaller than what it keeps; the last digit of every constant is rounded up by more.
 //!
 //! *Parallel rays.* `q = r^2 - dx^2 - dy^2`. With `|s| <= |x| + |dx|`, each of `dx`, `dy` is within
-//! `5 u L + 2 u |s| + u |dx| <= 7 u L + 3 u |dx|` of the truth. As long as the true `d^2 = dx^2 + dy^2 <= (1.2 r)^2`, that is
-//! `D - u L - 4.4 u r`, and `q` is within `2 d sqrt 2 (D - 4.4 u r) + 2 D^2 + 4.5 u r^2` of the truth, the last for the roundings
-//! of squares and sums. The 4.4 pays for the 4.5; for `D <= r / 32` all is below `E = 3.5 r D`.
+//! `5 u L + 2 u |s| + u |dx| <= 7 u L + 3 u |dx|` of the truth. As long as the true `d^2 = dx^2 + dy^2 <= 1.04 r^2`, that is
+//! at most `D - u L - 4.9 u r`, and `q` is within `2 d sqrt 2 (D - 4.9 u r) + 2 D^2 + 4.2 u r^2` of the truth, the last for the
+//! roundings of squares and sums. The 4.9 pays for the 4.2; for `D <= r / 1024` all is below `E = 2.9 r D`.
 //!
 //! *Perspective*, with `dir = (sx, sy, 1)`, `a = |dir|^2`, `sigma^2 = a - 1`: `n = z sx - x` and `m = y - z sy` are within
-//! `5 u L (1 + |s|) + 3 u |z s| + u |n| <= K (8 u L + 1.7 u r)` as long as the true `d^2 = n^2 + m^2 + k^2 <= 1.44 a r^2`; that is
-//! `D - 6.3 u K r`. `k = n sy + m sx` is within `sqrt 2 sigma D + 4 u sigma d`, so that the vector `(n, m, k)` is within
+//! `5 u L (1 + |s|) + 3 u |z s| + u |n| <= K (8 u L + 1.5 u r)` as long as the true `d^2 = n^2 + m^2 + k^2 <= 1.04 a r^2`; that is
+//! at most `D - 6.5 u K r`. `k = n sy + m sx` is within `sqrt 2 sigma D + 4 u sigma d`, so that the vector `(n, m, k)` is within
 //! `sqrt(2 a) D + 4 u sigma d`. Then `q = a r^2 - d^2` is within
-//! `2.4 sqrt(2) a r (D - 6.3 u K r) + 2 a D^2 + (11.6 sigma + 14.4) u a r^2`: 8 * 1.44 of the sigma for `k`, 3 * 1.44 for the
+//! `2.04 sqrt(2) a r (D - 6.5 u K r) + 2 a D^2 + (8.4 sigma + 13.2) u a r^2`: 8 * 1.04 of the sigma for `k`, 3 * 1.04 for the
 //! roundings of `d^2`, 9 for `a r^2` (sx, sy 2 each, a square 1, two sums), 1 for the difference. As
-//! `sigma <= 1.42 (K - 1)`, what `D` leaves over pays for them, and for `A D <= r / 32` all is below `E = 3.5 A r D`.
+//! `sigma <= 1.42 (K - 1)`, what `D` leaves over pays for them, and for `A D <= r / 1024` all is below `E = 2.9 A r D`.
 //!
-//! *Farther out*, `q* <= -0.305 d^2`, while its error stays below `0.08 d^2` and `E` below `0.08 d^2`: still `q < -E`. A greater
+//! *Farther out*, `q* <= -0.038 d^2`, while its error and `E` stay below `0.003 d^2`: still `q < -E`. A greater
 //! `A D` makes the sphere *vague*: `E` is infinite, and every pixel of its box is decided exactly.
 //!
 //! *Depth.* Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a division. A hit is *solid* if
 //! `q >= T = max(4 E, 2^-16 r^2)`. Then it is certain, and `sqrt q` is within `E / (sqrt T + sqrt(T - E)) < 0.54 E / sqrt T` of the
 //! truth. Parallel rays: `b = z` is within `5 u L`, and the square root, `b - sqrt q` and an end of the interval round by at most
 //! `2 u L + 3 u r` together, in all `D`. Perspective: `b` is within `(15 K - 8) u L`, the roundings are at most
-//! `2 K u L + 4.3 K u r`, in all `2.2 D`. As `A D <= r / 32`, `D = E / (3.5 A r)` is at most `0.19 E / sqrt T` and `0.048 sqrt T`.
-//! So depths are within `W = 0.73 E / sqrt T` (parallel) or `0.96 E / sqrt T`. The few hits between `-E` and `T` are no nearer than
-//! `b - sqrt(T + E) - 2.2 D`, and that than `b - 1.23 sqrt T`; those of vague spheres no nearer than `b - sqrt A r - 2.2 D`.
+//! `2 K u L + 4.3 K u r`, in all `2.2 D`. As `A D <= r / 1024`, `sqrt T <= 0.107 r`, and `D = E / (2.9 A r)` is at most `0.037 E / sqrt T` and `0.0093 sqrt T`.
+//! So depths are within `W = 0.58 E / sqrt T` (parallel) or `0.62 E / sqrt T`. The few hits between `-E` and `T` are no nearer than
+//! `b - sqrt(T + E) - 2.2 D`, and that than `b - 1.14 sqrt T`; those of vague spheres no nearer than `b - sqrt A r - 2.2 D`.
 //!
 //! *Planes and blocks.* `a` is within `7 u a`. A plane's depth times `a` and then a factor `1 -+ bound` rounds twice more; the
 //! factor is even: [`PLANE`] is 10 u. From `y` back to `t` it is a division and a sum with the bound: [`BACK`] is 10 u.
@@ -39,17 +39,17 @@ use crate::{
 };
 
 /// `E` over `A r D`.
-const DOUBT: f64 = 3.5;
+const DOUBT: f64 = 2.9;
 /// A sphere is vague if `A D` times this is above its radius.
-const VAGUE: f64 = 32.0;
+const VAGUE: f64 = 1024.0;
 /// `T` over `E`, at least.
 const SOLID: f64 = 4.0;
 /// `W` over `E / sqrt T`.
-const WIDTH_PARALLEL: f64 = 0.73;
+const WIDTH_PARALLEL: f64 = 0.58;
 /// The same for perspective rays.
-const WIDTH_PERSPECTIVE: f64 = 0.96;
+const WIDTH_PERSPECTIVE: f64 = 0.62;
 /// How far before `b` a hit that is not solid may be, over `sqrt T`.
-const RIM: f64 = 1.23;
+const RIM: f64 = 1.14;
 /// Bound of `b` over `D`, roundings of depths included.
 const MIDDLE: f64 = 2.2;
 /// Relative bound of a clip plane's depth in the units of `y`.
@@ -64,17 +64,24 @@ pub struct Screen {
     pub kappa: f64,
     /// `A`.
     pub spread: f64,
+    /// `D` of the sphere that lies farthest, if it had the greatest radius.
+    pub delta: f64,
+    /// Spheres of at least this radius have `T = 2^-16 r^2`, even with that `D`.
+    pub plain: f64,
 }
 
 impl Screen {
-    /// Parallel rays.
-    pub const PARALLEL: Self = Self { kappa: 1.0, spread: 1.0 };
-
-    /// Perspective rays; of the screen coordinates at its sides.
-    pub fn reaching(x: [f64; 2], y: [f64; 2]) -> Self {
-        let reach = |[first, last]: [f64; 2]| first.abs().max(last.abs());
-        let (x, y) = (reach(x), reach(y));
-        Self { kappa: 1.0 + x.max(y), spread: 1.0 + x * x + y * y }
+    /// For spheres whose position bound is at most `position`; of the screen coordinates at its sides, for perspective rays.
+    pub fn new(sides: Option<[[f64; 2]; 2]>, position: f64) -> Self {
+        let (kappa, spread) = sides.map_or((1.0, 1.0), |sides| {
+            let [x, y] = sides.map(|[first, last]| first.abs().max(last.abs()));
+            (1.0 + x.max(y), 1.0 + x * x + y * y)
+        });
+        let delta = kappa * position;
+        let plain = (65536.0 * SOLID * DOUBT * (1.0 + 1e-6)) * (spread * delta);
+        // Where squares come near to what underflows, or overflow, every sphere is looked at by itself.
+        let usable = plain > 1e-100 && plain < 1e100 && spread < 1e40;
+        Self { kappa, spread, delta, plain: if usable { plain } else { f64::INFINITY } }
     }
 }
 
@@ -95,19 +102,26 @@ impl Margins {
     /// Of a sphere.
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, screen: Screen) -> Self {
-        let (position, square) = (s.bound(), s.r * s.r);
-        let Screen { kappa, spread } = if PERSPECTIVE { screen } else { Screen::PARALLEL };
-        let delta = kappa * position;
+        let Screen { kappa, spread, delta, plain } = screen;
+        let square = s.r * s.r;
+        let least = square * (1.0 / 65536.0);
+        let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
+        if s.r >= plain {
+            // Nearly all: the bounds of the farthest sphere are good enough, and cost a few products.
+            let doubt = (DOUBT * (1.0 + 1e-6)) * (spread * delta) * s.r;
+            let width = (256.0 * DOUBT * (1.0 + 1e-6)) * per_quotient * (spread * delta);
+            return Self { doubt, solid: least, width, rim: (RIM / 256.0) * s.r };
+        }
+        let delta = kappa * s.bound();
         // NaN is vague.
         if !(VAGUE * spread * delta <= s.r) {
             let rim = spread.sqrt() * s.r + MIDDLE * delta;
             return Self { doubt: f64::INFINITY, solid: f64::INFINITY, width: f64::INFINITY, rim };
         }
         let doubt = spread * (DOUBT * s.r * delta + FLOOR);
-        let least = square * (1.0 / 65536.0);
         let solid = if SOLID * doubt > least { SOLID * doubt } else { least };
         let edge = solid.sqrt();
-        let width = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL } * doubt / edge;
+        let width = per_quotient * doubt / edge;
         let rim = RIM * edge;
         Self { doubt, solid, width, rim }
     }
@@ -200,5 +214,41 @@ impl Row {
             return Look::Doubt;
         };
         if depth - width > held { Look::Gone } else { Look::Seen([depth - width, depth + width]) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compare<const PERSPECTIVE: bool>(sides: Option<[[f64; 2]; 2]>) {
+        let mut short = 0;
+        for k in 0..400 {
+            let far = 1.5f64.powi(k / 10 - 20);
+            let s = Projected { x: 0.3 * far, y: -0.1 * far, z: far, r: 1.7f64.powi(k % 60 - 50) };
+            let screen = Screen::new(sides, s.bound());
+            let own = Margins::new::<PERSPECTIVE>(&s, Screen { plain: f64::INFINITY, ..screen });
+            let shared = Margins::new::<PERSPECTIVE>(&s, screen);
+            assert!(screen.plain < f64::INFINITY);
+            if s.r < screen.plain {
+                assert_eq!(shared.doubt, own.doubt);
+                continue;
+            }
+            short += 1;
+            assert_eq!(shared.solid, own.solid);
+            let pairs = [(shared.doubt, own.doubt), (shared.width, own.width), (shared.rim * (1.0 + 1e-14), own.rim)];
+            for (shared, own) in pairs {
+                assert!(shared >= own && shared <= own * (1.0 + 1e-5), "{s:?}: {shared} {own}");
+            }
+        }
+        assert!(short > 50, "{short}");
+    }
+
+    /// The bounds that most spheres share are at least their own, and hardly more for the farthest.
+    #[test]
+    fn shared_bounds_are_those_of_the_farthest() {
+        compare::<false>(None);
+        compare::<true>(Some([[-0.4, 0.4], [-0.3, 0.3]]));
+        compare::<true>(Some([[-30.0, 20.0], [-3.0, 3.0]]));
     }
 }

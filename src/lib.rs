@@ -12,6 +12,7 @@ pub mod gpu;
 pub mod load;
 pub mod make;
 pub mod output;
+pub mod part;
 pub mod plan;
 pub mod project;
 pub mod render;

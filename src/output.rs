@@ -54,7 +54,8 @@ impl Target {
         if arg == Path::new("-") { Self::Stdout } else { Self::File(arg.into()) }
     }
 
-    fn io(&self, source: io::Error) -> OutputError {
+    /// An error of writing here.
+    pub fn io(&self, source: io::Error) -> OutputError {
         let target = match self {
             Self::Stdout => "standard output".into(),
             Self::File(path) => path.display().to_string(),
@@ -101,6 +102,92 @@ impl Target {
             }
         };
         Ok(Staged { target: self, body })
+    }
+
+    /// Opens a target that is written little by little, as several are at a time.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn open(self) -> Result<Sink, OutputError> {
+        self.check()?;
+        let way = match &self {
+            Self::Stdout => Way::Through(Box::new(io::BufWriter::with_capacity(1 << 16, io::stdout()))),
+            Self::File(path) if is_special(path) => {
+                let file = fs::OpenOptions::new().write(true).open(path).map_err(|error| self.io(error))?;
+                Way::Through(Box::new(io::BufWriter::with_capacity(1 << 16, file)))
+            }
+            Self::File(path) => Way::Spool(Spool { path: resolved(path), body: Body::Memory(Vec::new()) }),
+        };
+        Ok(Sink { target: self, way, error: None, closed: false })
+    }
+}
+
+/// A target that is being written. What its writer does not hear of is told by [`Sink::finish`].
+pub struct Sink {
+    target: Target,
+    way: Way,
+    /// The first thing that went wrong.
+    error: Option<io::Error>,
+    /// The reader has gone; the rest goes nowhere.
+    closed: bool,
+}
+
+enum Way {
+    Through(Box<dyn Write>),
+    Spool(Spool),
+}
+
+impl Sink {
+    fn guarded(&mut self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+        if self.closed {
+            return Ok(());
+        }
+        let result = match &mut self.way {
+            Way::Through(out) => write(out),
+            Way::Spool(spool) => write(spool),
+        };
+        match result {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                self.closed = true;
+                // What is still buffered has no reader either.
+                self.way = Way::Through(Box::new(io::sink()));
+                Ok(())
+            }
+            Err(error) => {
+                let copy = io::Error::new(error.kind(), error.to_string());
+                self.error.get_or_insert(error);
+                Err(copy)
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// Everything is written; a file waits for [`commit`].
+    ///
+    /// # Errors
+    /// When anything could not be written.
+    pub fn finish(mut self) -> Result<Staged, OutputError> {
+        // An error is remembered.
+        let _ = self.flush();
+        if let Some(error) = self.error {
+            return Err(self.target.io(error));
+        }
+        let body = match self.way {
+            Way::Through(_) => Body::Done,
+            Way::Spool(spool) => spool.body,
+        };
+        Ok(Staged { target: self.target, body })
+    }
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.guarded(|out| out.write_all(bytes))?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.guarded(|out| out.flush())
     }
 }
 

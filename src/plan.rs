@@ -184,6 +184,8 @@ pub struct Eye {
     step: f64,
     /// Whether a sphere can meet near, and far.
     crossed: [bool; 2],
+    /// No hit of any sphere is nearer, in world units.
+    least: f64,
 }
 
 /// What a tile adds.
@@ -304,6 +306,7 @@ impl Eye {
             far: camera.far,
             step,
             crossed,
+            least: (center - depth_reach - slop).max(camera.near),
         })
     }
 
@@ -319,12 +322,13 @@ impl Eye {
 
     /// The kernel for a tile whose spheres lie at `nearest` (in world units) or beyond, were its numbers to fit.
     fn kernel(&self, nearest: f64) -> Class {
-        let near = self.crossed[0] && !(nearest > self.near);
+        let near = self.crossed[0] && (nearest.is_nan() || nearest <= self.near);
         if near || self.crossed[1] { Class::Clipped } else { Class::Open }
     }
 
-    /// The tile whose first pixel is (`column`, `row`) and whose spheres lie at `nearest` or beyond.
-    pub fn place(&self, column: u32, row: u32, nearest: f64) -> (Class, Place) {
+    /// The tile whose first pixel is (`column`, `row`) and whose spheres lie at `nearest` or beyond. If `all` is false more spheres are to
+    /// come, which may be nearer.
+    pub fn place(&self, column: u32, row: u32, nearest: f64, all: bool) -> (Class, Place) {
         let half = f64::from(TILE / 2);
         let sx = (f64::from(column) + half - 0.5 * self.image[0]) * self.pitch[0];
         let sy = (0.5 * self.image[1] - f64::from(row) - half) * self.pitch[1];
@@ -337,8 +341,9 @@ impl Eye {
                 (m.z * sx - m.x, m.y - m.z * sy, Fan { n: axis(n), sx: sx as f32, m: axis(across), sy: sy as f32 })
             }
         };
-        // Depths are relative to `nearest` where that is near enough, for the sake of f32.
-        let z = if nearest.is_finite() { m.z - nearest / self.step } else { 0.0 };
+        // Depths are relative to where the first hit can be, for the sake of f32; what is nearer counts as lying there.
+        let first = if all { nearest.max(self.least) } else { self.least };
+        let z = m.z - first / self.step;
         let z = z.clamp(-OFFSET_LIMIT, OFFSET_LIMIT).round_ties_even();
         let plane = |depth: f64| {
             if depth.is_infinite() {
@@ -451,7 +456,8 @@ impl Band {
     }
 
     /// The dispatches that some lists need, and whether each tile has only one segment among them.
-    pub fn passes(&mut self, lists: &Lists<'_>, eye: &Eye, limits: Limits) -> (Vec<Pass>, bool) {
+    /// `all` says that no more lists will come.
+    pub fn passes(&mut self, lists: &Lists<'_>, eye: &Eye, limits: Limits, all: bool) -> (Vec<Pass>, bool) {
         // Tiles of each kernel, and whether they were never met before.
         let mut kernels = [Vec::new(), Vec::new()];
         for tile in order_of_tiles(lists.columns, lists.rows) {
@@ -463,7 +469,7 @@ impl Band {
             let fresh = self.places[tile as usize].is_none();
             let class = if fresh {
                 let (x, y) = (tile % self.columns * TILE, tile / self.columns * TILE);
-                let (class, place) = eye.place(self.region.x + x, self.region.y + y, nearest);
+                let (class, place) = eye.place(self.region.x + x, self.region.y + y, nearest, all);
                 if class == Class::Host {
                     self.left_out[tile as usize] = true;
                     self.host.push(tile);

@@ -25,11 +25,11 @@ use crate::{
 /// Relative bound of view-space coordinates; see the file's head.
 const POSITION: f64 = 8.0 * U;
 /// A footprint is wider than a sphere by this many position bounds, see the file's head.
-const REACH: f64 = 1.5;
+pub const REACH: f64 = 1.5;
 /// And by this many pixels.
-const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
+pub const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
 /// Bound of the slopes of tangents, see [`slopes`].
-const SLOPE: f64 = 12.0 * U;
+pub const SLOPE: f64 = 12.0 * U;
 /// Half a unit in the last place of 1.
 pub const U: f64 = f64::EPSILON / 2.0;
 /// Covers underflow in squares: what is smaller is in doubt.
@@ -176,22 +176,15 @@ impl Projector {
         };
         let columns = padded(region.width, &|i| sample(truth.view().odd_x(region.x + i), width, across));
         let rows = padded(region.height, &|j| sample(truth.view().odd_y(region.y + j), height, down));
-        let screen = match camera.projection {
-            Projection::Orthographic => Screen::PARALLEL,
-            Projection::Perspective => {
-                let last = |count: u32| count as usize - 1;
-                Screen::reaching([columns[0], columns[last(region.width)]], [rows[0], rows[last(region.height)]])
-            }
-        };
         let axes = truth.axes();
-        Self {
+        let mut projector = Self {
             projection: camera.projection,
             scale,
             near: camera.near * scale,
             far: camera.far * scale,
             columns,
             rows,
-            screen,
+            screen: Screen::new(None, 0.0),
             region,
             origin: camera.origin * scale,
             right: axes.right.nearest(),
@@ -199,7 +192,19 @@ impl Projector {
             forward: axes.forward.nearest(),
             column: [across / width, 0.5 * (f64::from(image.width) - 1.0) - f64::from(region.x)],
             row: [-down / height, 0.5 * (f64::from(image.height) - 1.0) - f64::from(region.y)],
-        }
+        };
+        let ends = |values: &[f64], count: u32| [values[0], values[count as usize - 1]];
+        let sides = match camera.projection {
+            Projection::Orthographic => None,
+            Projection::Perspective => {
+                Some([ends(&projector.columns, region.width), ends(&projector.rows, region.height)])
+            }
+        };
+        // `|x| + |y| + |z|` is greatest at a corner of the box; the factor covers the roundings of the corners themselves.
+        let bounds = truth.bounds();
+        let corners = bounds.corners().map(|corner| projector.project(corner, bounds.max_radius).bound());
+        projector.screen = Screen::new(sides, corners.into_iter().fold(0.0, f64::max) * (1.0 + 1e-9));
+        projector
     }
 
     /// Whether a clip plane may cut a sphere; if not, and it is in the clip range, its near root is what is seen.
@@ -323,7 +328,7 @@ impl Projector {
 /// `(z - r) (z + r)` within 3 u of itself, the root times `r` is within 4 u, the divisor's inverse with the product within
 /// 5 u, and so the slope within `11 u (|x z| + r sqrt(..)) / (z^2 - r^2)`, its sum with the bound included.
 #[inline(always)]
-fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
+pub fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
     // NaN wraps.
     let wraps = !(z - r > 0.0);
     let square = (z - r) * (z + r);

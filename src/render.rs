@@ -58,6 +58,17 @@ pub struct Counts {
     pub exact: usize,
 }
 
+impl Counts {
+    /// Adds those of another part of the same picture.
+    pub fn add(&mut self, other: &Self) {
+        self.spheres = self.spheres.max(other.spheres);
+        self.pixels += other.pixels;
+        self.entries += other.entries;
+        self.undecided += other.undecided;
+        self.exact += other.exact;
+    }
+}
+
 /// Milliseconds of the steps of a picture.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct Times {
@@ -69,6 +80,16 @@ pub struct Times {
     pub read_back: f64,
     /// Decisions for the pixels that the GPU's filter left over; on the CPU part of `render`.
     pub decide: f64,
+}
+
+impl Times {
+    /// Adds those of another part of the same picture.
+    pub fn add(&mut self, other: &Self) {
+        self.prepare += other.prepare;
+        self.render += other.render;
+        self.read_back += other.read_back;
+        self.decide += other.decide;
+    }
 }
 
 /// The nearest sphere at every pixel of a region.

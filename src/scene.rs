@@ -243,6 +243,16 @@ pub struct Bounds {
     pub max_radius: f64,
 }
 
+impl Bounds {
+    /// The corners of the box of the centres.
+    pub fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|corner| {
+            let side = |k: usize| if corner >> k & 1 == 0 { self.min_center[k] } else { self.max_center[k] };
+            DVec3::new(side(0), side(1), side(2))
+        })
+    }
+}
+
 /// Spheres `0..len`, in the order of their blocks.
 #[derive(Clone)]
 pub struct Scene {

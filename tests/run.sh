@@ -70,7 +70,8 @@ else
     elsewhere
 fi
 
-cargo test --release --all-features --locked "$@"
+# All of them, also after one has failed.
+cargo test --release --all-features --locked --no-fail-fast "$@"
 
 # The crate without its window, as on a machine that has no use for one.
 cargo check --release --locked --no-default-features

@@ -349,6 +349,32 @@ fn nothing_is_drawn_when_nothing_changes() {
 }
 
 #[test]
+fn what_is_overtaken_is_not_drawn() {
+    const MOVES: i32 = 400;
+    let viewer = Viewer::open(CAMERA, &["--device", "cpu", "--size", "1000x800"]);
+    let before = viewer.drawn().unwrap();
+    // In one breath: the moves come faster than pictures can be drawn.
+    let mut arguments: Vec<String> = Vec::new();
+    for k in 0..=MOVES {
+        let (x, y) = (300 + k, 300 + k / 2);
+        arguments.extend(format!("mousemove --window {} {x} {y}", viewer.window).split(' ').map(str::to_owned));
+        if k == 0 {
+            arguments.extend(["mousedown".into(), "1".into()]);
+        }
+    }
+    arguments.extend(["mouseup".into(), "1".into()]);
+    viewer.xdotool(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    viewer.redrawn(before);
+    let drawn = viewer.drawn().unwrap() - before;
+    assert!(drawn < MOVES as u64 / 2, "{drawn} pictures for {MOVES} moves");
+    // The last move counts: the same drag in one move leads to the same picture.
+    let (end, _) = viewer.check();
+    viewer.change(|v| v.key("r"));
+    viewer.change(|v| v.drag("1", [300, 300], [300 + MOVES, 300 + MOVES / 2]));
+    viewer.shows(&end);
+}
+
+#[test]
 fn the_mouse_moves_and_zooms() {
     let viewer = Viewer::open(CAMERA, &["--device", "cpu"]);
     let home = viewer.pixels();

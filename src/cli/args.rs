@@ -39,13 +39,40 @@ Examples:
   planisphere render scene.toml -o none --ids ids.npy --depth depth.npy --stats
       no picture; the index and the distance of the sphere at every pixel, and a report as JSON
   generate | planisphere render - -o out.png
-      reads the scene from standard input";
+      reads the scene from standard input
+  planisphere render half.toml -o none --visibility half.npz --first-index 5000000
+      a part of a picture, for `planisphere merge`";
+
+const MERGE_EXAMPLES: &str = "\
+Each part holds some of the spheres (its own scene file, and --first-index: the index of its first sphere in the whole), or
+some of the picture (--region), or both. The merged picture, ids and depths are byte for byte those of one run that draws
+everything: where two parts are too close to call, the exact numbers of the spheres, which the parts carry, decide. All
+parts must have the same [camera], size and background.
+
+Examples:
+  planisphere render left.toml -o none --visibility left.npz
+  planisphere render right.toml -o none --visibility right.npz --first-index 5000000
+  planisphere merge left.npz right.npz -o picture.png --ids ids.npy
+      two halves of the spheres; left.toml has 5000000
+  planisphere render scene.toml --region 0,512,1024,512 -o none --visibility lower.npz
+      one half of the picture; the other is --region 0,0,1024,512
+  planisphere merge part-1?.npz -o none --visibility tens.npz
+      a part again, of what these parts hold: merges may be merged
+  srun sh -c 'planisphere render part-$SLURM_PROCID.toml -o none --visibility part-$SLURM_PROCID.npz \\
+          --first-index $((SLURM_PROCID * 1000000))' && planisphere merge part-*.npz -o picture.png
+      a job of many tasks, each with a million spheres
+
+In Python: numpy.load('part.npz')['pixels'] has the fields id, low and high (between which the distance lies); indices,
+centers, radii and colors are the spheres that are seen.";
 
 #[derive(Subcommand)]
 pub(super) enum Command {
     /// Draw a scene file into a PNG and, if asked, into arrays of sphere indices and depths
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Merge parts of a picture, drawn by several runs or machines, into the picture of one
+    #[command(after_long_help = MERGE_EXAMPLES)]
+    Merge(MergeArgs),
     /// Look at a scene in a window, from all sides
     #[cfg(feature = "window")]
     #[command(after_long_help = format!("Keys and mouse:\n{}", crate::view::KEYS))]
@@ -109,21 +136,133 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     depth: Option<PathBuf>,
 
+    /// Also write what `planisphere merge` needs to merge this picture with others: .npz, see `planisphere merge --help`
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    visibility: Option<PathBuf>,
+
+    /// Index, in the whole, of the first sphere of this scene: for --visibility, when other runs draw the other spheres
+    #[arg(long, value_name = "K", default_value_t = 0, requires = "visibility", value_parser = clap::value_parser!(u64).range(..=MAX_FIRST))]
+    first_index: u64,
+
     /// Print one JSON object on standard output: device, counts, milliseconds of every step
     #[arg(long)]
     stats: bool,
+}
+
+/// The largest first index: indices are written as int64.
+const MAX_FIRST: u64 = 1 << 62;
+
+/// Where the planes of a picture go.
+pub(super) struct Outputs {
+    /// The colours, as PNG.
+    pub picture: Option<Target>,
+    /// The indices of the spheres, as `.npy`.
+    pub ids: Option<Target>,
+    /// The distances, as `.npy`.
+    pub depth: Option<Target>,
+    /// All that merging needs, as `.npz`.
+    pub visibility: Option<Target>,
+}
+
+impl Outputs {
+    /// Refuses outputs that get in each other's way.
+    fn checked(self, stats: bool) -> Result<Self, Failure> {
+        let stats = stats.then_some(Target::Stdout);
+        let taken: Vec<(&str, &Target)> =
+            self.named().into_iter().chain(stats.as_ref().map(|t| ("--stats", t))).collect();
+        for (k, (option, target)) in taken.iter().enumerate() {
+            if let Some((other, _)) = taken[..k].iter().find(|(_, earlier)| earlier == target) {
+                return Err(Failure::Usage(match target {
+                    Target::Stdout => {
+                        format!("{other} and {option} both want standard output; give {other} a file or leave one out")
+                    }
+                    Target::File(path) => {
+                        format!("{other} and {option} both write {}; give them two names", path.display())
+                    }
+                }));
+            }
+        }
+        if taken.is_empty() {
+            return Err(Failure::Usage(
+                "-o none leaves nothing to do; add --ids, --depth, --visibility or --stats, or name a picture".into(),
+            ));
+        }
+        Ok(self)
+    }
+
+    /// Those that are wanted, each with its option.
+    pub fn named(&self) -> Vec<(&'static str, &Target)> {
+        let all =
+            [("-o", &self.picture), ("--ids", &self.ids), ("--depth", &self.depth), ("--visibility", &self.visibility)];
+        all.into_iter().filter_map(|(option, target)| Some((option, target.as_ref()?))).collect()
+    }
+}
+
+/// `merge`, as typed.
+#[derive(ClapArgs)]
+pub(super) struct MergeArgs {
+    /// Parts, written by `planisphere render --visibility` or by this command, in any order
+    #[arg(required = true, value_name = "PART", value_hint = clap::ValueHint::FilePath)]
+    parts: Vec<PathBuf>,
+
+    /// PNG to write: a file, - for standard output, or none for no picture
+    #[arg(short, long, value_name = "OUT", default_value = "merged.png", value_hint = clap::ValueHint::FilePath)]
+    output: PathBuf,
+
+    /// Merge only a part of the image, which the parts must cover: column and row of its top left pixel, and its size
+    ///
+    /// The default is the whole image or, when only --visibility is written, the least region that holds all parts.
+    #[arg(long, value_name = "x,y,w,h", value_parser = parse_region)]
+    region: Option<Region>,
+
+    /// Also write the index of the sphere at every pixel: .npy (height, width), int32 or, where that is too short, int64; -1 for the background
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    ids: Option<PathBuf>,
+
+    /// Also write the distance of every hit along the view direction: .npy, float32 (height, width), inf for the background
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    depth: Option<PathBuf>,
+
+    /// Also write what was merged as a part, to be merged again
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    visibility: Option<PathBuf>,
+
+    /// Print one JSON object on standard output: counts, milliseconds of every step
+    #[arg(long)]
+    stats: bool,
+}
+
+/// `merge`, as it is to be done.
+pub(super) struct MergeRequest {
+    /// Parts.
+    pub parts: Vec<PathBuf>,
+    /// What to write.
+    pub outputs: Outputs,
+    /// Which part of the image.
+    pub region: Option<Region>,
+    /// Whether to print statistics.
+    pub stats: bool,
+}
+
+impl MergeArgs {
+    /// Refuses outputs that get in each other's way.
+    pub fn request(self) -> Result<MergeRequest, Failure> {
+        let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
+        let picture = (self.output != Path::new("none")).then(|| Target::from_arg(&self.output));
+        let (ids, depth, visibility) = (target(self.ids), target(self.depth), target(self.visibility));
+        let outputs = Outputs { picture, ids, depth, visibility }.checked(self.stats)?;
+        Ok(MergeRequest { parts: self.parts, outputs, region: self.region, stats: self.stats })
+    }
 }
 
 /// `render`, as it is to be done.
 pub(super) struct RenderRequest {
     /// Scene file, or `-`.
     pub scene: PathBuf,
-    /// Where the picture goes, if anywhere.
-    pub picture: Option<Target>,
-    /// Where the ids go.
-    pub ids: Option<Target>,
-    /// Where the depths go.
-    pub depth: Option<Target>,
+    /// What to write.
+    pub outputs: Outputs,
+    /// Index of the first sphere in the whole.
+    pub first_index: u64,
     /// Instead of the scene's size.
     pub size: Option<ImageSize>,
     /// Which part.
@@ -142,35 +281,11 @@ impl RenderArgs {
             Some(name) => Some(Target::from_arg(name)),
             None => Some(Target::File(default_output(&self.scene)?)),
         };
-        let ids = self.ids.as_deref().map(Target::from_arg);
-        let depth = self.depth.as_deref().map(Target::from_arg);
-
-        let named = [("-o", &picture), ("--ids", &ids), ("--depth", &depth)];
-        let stats = self.stats.then_some(Target::Stdout);
-        let taken: Vec<(&str, &Target)> = named
-            .into_iter()
-            .chain([("--stats", &stats)])
-            .filter_map(|(option, target)| Some((option, target.as_ref()?)))
-            .collect();
-        for (k, (option, target)) in taken.iter().enumerate() {
-            if let Some((other, _)) = taken[..k].iter().find(|(_, earlier)| earlier == target) {
-                return Err(Failure::Usage(match target {
-                    Target::Stdout => {
-                        format!("{other} and {option} both want standard output; give {other} a file or leave one out")
-                    }
-                    Target::File(path) => {
-                        format!("{other} and {option} both write {}; give them two names", path.display())
-                    }
-                }));
-            }
-        }
-        if taken.is_empty() {
-            return Err(Failure::Usage(
-                "-o none leaves nothing to do; add --ids, --depth or --stats, or name a picture".into(),
-            ));
-        }
-        let (size, region, device, stats) = (self.size, self.region, self.device, self.stats);
-        Ok(RenderRequest { scene: self.scene, picture, ids, depth, size, region, device, stats })
+        let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
+        let (ids, depth, visibility) = (target(self.ids), target(self.depth), target(self.visibility));
+        let outputs = Outputs { picture, ids, depth, visibility }.checked(self.stats)?;
+        let Self { scene, first_index, size, region, device, stats, .. } = self;
+        Ok(RenderRequest { scene, outputs, first_index, size, region, device, stats })
     }
 }
 
@@ -282,9 +397,9 @@ mod tests {
 
     #[test]
     fn outputs_have_defaults_and_do_not_collide() {
-        assert_eq!(request(&["a/b.toml"]).unwrap().picture, Some(Target::File("b.png".into())));
-        assert_eq!(request(&["b.toml", "-o", "-"]).unwrap().picture, Some(Target::Stdout));
-        assert_eq!(request(&["b.toml", "-o", "none", "--stats"]).unwrap().picture, None);
+        assert_eq!(request(&["a/b.toml"]).unwrap().outputs.picture, Some(Target::File("b.png".into())));
+        assert_eq!(request(&["b.toml", "-o", "-"]).unwrap().outputs.picture, Some(Target::Stdout));
+        assert_eq!(request(&["b.toml", "-o", "none", "--stats"]).unwrap().outputs.picture, None);
         for (args, word) in [
             (&["b.toml", "-o", "-", "--stats"][..], "standard output"),
             (&["b.toml", "-o", "-", "--ids", "-"], "standard output"),

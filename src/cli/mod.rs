@@ -7,6 +7,8 @@ mod args;
 mod bench;
 mod info;
 mod make;
+mod merge;
+mod planes;
 mod progress;
 mod render;
 #[cfg(feature = "window")]
@@ -24,6 +26,7 @@ use crate::{
     bench::speed::BenchError,
     load::LoadError,
     output::OutputError,
+    part::merge::MergeError,
     render::{DeviceError, DrawError},
 };
 
@@ -42,6 +45,9 @@ enum Failure {
     /// A device that failed.
     #[error("{0}")]
     Draw(#[from] DrawError),
+    /// Parts that do not fit together.
+    #[error("{0}")]
+    Merge(#[from] MergeError),
     /// A check that did not come out as it must.
     #[error("{0}")]
     Check(String),
@@ -60,7 +66,7 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Load(_) => 2,
+            Self::Usage(_) | Self::Load(_) | Self::Merge(_) => 2,
             Self::Device(_) | Self::Draw(_) => 3,
             Self::Check(_) => 1,
             Self::Bench(error) => match error {
@@ -91,6 +97,7 @@ pub fn main() -> ExitCode {
         args::Command::Render(args) => args.request().and_then(|request| render::run(&request, start)),
         #[cfg(feature = "window")]
         args::Command::View(args) => view::run(&args),
+        args::Command::Merge(args) => args.request().and_then(|request| merge::run(&request, start)),
         args::Command::Info => info::run(),
         args::Command::Make(args) => make::run(&args),
         args::Command::Bench(args) => bench::run(args),

@@ -4,13 +4,20 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::{Failure, args::RenderRequest, print, progress::Progress, say};
+use super::{
+    Failure,
+    args::RenderRequest,
+    planes::{self, Found, Indices, Picture, Spent},
+    print,
+    progress::Progress,
+    say,
+};
 use crate::{
     camera::{ImageSize, Region, View},
-    frame::{self, Paint},
-    load,
-    output::{self, Staged, Target},
-    render::{Counts, Device, DeviceChoice, Drawing},
+    exact::decide::Truth,
+    load, output,
+    part::Meta,
+    render::{Counts, Device, DeviceChoice, Times},
 };
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
@@ -38,7 +45,7 @@ struct Milliseconds {
     render: f64,
     read_back: f64,
     decide: f64,
-    /// The depth plane.
+    /// The depth plane, and the bounds of the distances that merging needs.
     depth: f64,
     /// Ids to colours to PNG, arrays to bytes.
     encode: f64,
@@ -49,17 +56,17 @@ struct Milliseconds {
 }
 
 /// To the microsecond: more digits would only look precise.
-fn milliseconds(since: Instant) -> f64 {
+pub(super) fn milliseconds(since: Instant) -> f64 {
     rounded(since.elapsed().as_secs_f64() * 1e3)
 }
 
-fn rounded(milliseconds: f64) -> f64 {
+pub(super) fn rounded(milliseconds: f64) -> f64 {
     (milliseconds * 1e3).round() / 1e3
 }
 
 /// Does what was asked; `start` is when the program began.
 pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure> {
-    for target in [&request.picture, &request.ids, &request.depth].into_iter().flatten() {
+    for (_, target) in request.outputs.named() {
         target.check()?;
     }
     let mut times = Milliseconds::default();
@@ -80,34 +87,30 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
         say(&format!("device: {}", auto_words(&device)));
     }
 
-    let progress = Progress::step("drawing");
-    let Drawing { ids, counts, times: drawn, .. } = device.draw(&loaded.scene, &view, region)?;
-    drop(progress);
+    let scene = &loaded.scene;
+    let end = request.first_index + scene.len() as u64;
+    let meta = Meta {
+        view,
+        region,
+        background: loaded.background,
+        ranges: if scene.is_empty() { Vec::new() } else { vec![request.first_index..end] },
+        bounds: (!scene.is_empty()).then(|| scene.bounds()),
+    };
+    let truth = Truth::new(&view, scene.bounds());
+    let indices = Indices::From { first: request.first_index };
+    let picture = Picture { meta: &meta, scene, truth: &truth, indices, band: planes::BAND };
+    let (mut counts, mut drawn) = (Counts::default(), Times::default());
+    let mut spent = Spent::default();
+    let staged = planes::write(&request.outputs, &picture, &mut spent, |band| {
+        let _progress = Progress::step("drawing");
+        let drawing = device.draw(scene, &view, band)?;
+        counts.add(&drawing.counts);
+        drawn.add(&drawing.times);
+        Ok(Found { ids: drawing.ids, bounds: None })
+    })?;
     (times.prepare, times.render) = (rounded(drawn.prepare), rounded(drawn.render));
     (times.read_back, times.decide) = (rounded(drawn.read_back), rounded(drawn.decide));
-
-    let shape = [region.height as usize, region.width as usize];
-    let depth = request.depth.as_ref().map(|target| {
-        let (step, _progress) = (Instant::now(), Progress::step("working out depths"));
-        let plane = frame::depth_plane(&loaded.scene, &view, region, &ids);
-        times.depth = milliseconds(step);
-        (target, plane)
-    });
-
-    let (step, progress) = (Instant::now(), Progress::step("encoding"));
-    let mut staged: Vec<Staged> = Vec::new();
-    if let Some(target) = &request.picture {
-        let paint = Paint { scene: &loaded.scene, background: loaded.background };
-        staged.push(Target::stage(target.clone(), |out| frame::write_png(out, region, &ids, &paint))?);
-    }
-    if let Some(target) = &request.ids {
-        staged.push(Target::stage(target.clone(), |out| frame::write_i32(out, &shape, &ids))?);
-    }
-    if let Some((target, plane)) = depth {
-        staged.push(Target::stage(target.clone(), |out| frame::write_f32(out, &shape, &plane))?);
-    }
-    drop(progress);
-    times.encode = milliseconds(step);
+    (times.depth, times.encode) = (rounded(spent.depth), rounded(spent.encode));
 
     let (step, progress) = (Instant::now(), Progress::step("writing"));
     output::commit(staged)?;
@@ -142,7 +145,7 @@ pub(super) fn auto_words(device: &Device) -> String {
 }
 
 /// The part of the image that was asked for, which must lie inside it.
-fn region_inside(region: Option<Region>, image: ImageSize) -> Result<Region, Failure> {
+pub(super) fn region_inside(region: Option<Region>, image: ImageSize) -> Result<Region, Failure> {
     let Some(region) = region else { return Ok(Region::whole(image)) };
     let inside = |from: u32, length: u32, side: u32| from.checked_add(length).is_some_and(|end| end <= side);
     if inside(region.x, region.width, image.width) && inside(region.y, region.height, image.height) {

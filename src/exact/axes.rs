@@ -69,7 +69,8 @@ pub fn parallel(a: DVec3, b: DVec3) -> bool {
     cross(&direction(a), &direction(b)).iter().all(IBig::is_zero)
 }
 
-/// A unit vector as pairs of f64: `high[k] + low[k]` is within 2^-100 of the truth, `high[k]` within half a unit in its last place.
+/// A unit vector as pairs of f64: `high[k] + low[k]` is within [`Axis::ERROR`] of the truth, `high[k]` within half a unit in its
+/// last place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     /// Nearest f64 of each component.
@@ -79,6 +80,10 @@ pub struct Axis {
 }
 
 impl Axis {
+    /// Bound of each component's error. A component is below 1 (or exactly 1), so that `low` is at most 2^-54 and rounds by
+    /// 2^-108; the root before it is good to 2^-123.
+    pub const ERROR: f64 = f64::from_bits((1023 - 107) << 52);
+
     /// The nearest f64 of each component.
     pub fn nearest(self) -> DVec3 {
         self.high
@@ -187,17 +192,38 @@ mod tests {
         }
     }
 
+    /// Against roots with 300 more bits: within the bound, which is not eight times what is needed.
     #[test]
     fn the_low_part_carries_on_where_the_high_part_ends() {
-        // 1 / sqrt 2 to 107 bits and more: high^2 + 2 high low = 1/2 up to low^2.
-        let axes = Axes::new(&Camera::orthographic(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0)));
-        let (high, low) = (axes.forward.high.x, axes.forward.low.x);
-        let square = integer(high, -60) * integer(high, -60);
-        let cross = IBig::from(2) * integer(high, -60) * integer(low, -200);
-        let sum = (square << 140) + cross - (IBig::from(1) << (260 - 1));
-        // What is left is low^2 <= 2^-108, in units of 2^-260.
-        assert!(sum.bit_len() <= 260 - 107, "{} bits", sum.bit_len());
-        assert!(low != 0.0 && low.abs() <= high.abs() * 2f64.powi(-53));
+        const PLACES: usize = 300;
+        let mut worst = 0.0f64;
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 40) as f64 - 8_388_608.0
+        };
+        for _ in 0..2000 {
+            let view = DVec3::new(random(), random(), random());
+            let axes = Axes::new(&Camera::orthographic(DVec3::ZERO, view));
+            for (axis, n, square) in [
+                (axes.right, &axes.e, axes.b.clone()),
+                (axes.up, &axes.g, &axes.a * &axes.b),
+                (axes.forward, &axes.d, axes.a.clone()),
+            ] {
+                for k in 0..3 {
+                    let root: UBig = ((&n[k] * &n[k] << (2 * PLACES)) / &square).into_parts().1.sqrt();
+                    let exact = IBig::from_parts(n[k].sign(), root);
+                    // A low part may have bits below 2^-300.
+                    let pair = (integer(axis.high[k], -1000) + integer(axis.low[k], -1000)) >> (1000 - PLACES);
+                    let off = (exact - pair).to_f64().value().abs() * 2f64.powi(-(PLACES as i32)) / Axis::ERROR;
+                    assert!(off <= 1.0, "{off} of the bound at {view}");
+                    assert!(axis.low[k].abs() <= axis.high[k].abs() * 2f64.powi(-53));
+                    worst = worst.max(off);
+                }
+            }
+        }
+        println!("axes: {worst:.3} of the bound");
+        assert!(worst > 0.125, "{worst}");
     }
 
     #[test]

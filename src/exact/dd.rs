@@ -2,13 +2,17 @@
 //!
 //! The pair arithmetic is that of Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks of
 //! double-word arithmetic" (ACM TOMS 44, 2017): addition (their algorithm 6) is within 3 u^2 and multiplication
-//! (algorithm 12) within 5 u^2 of the exact result, u = 2^-53. Both are under `RELATIVE`; products that fall below
-//! 2^-968 lose bits to underflow, which `ABSOLUTE` covers. The error travels along, rounded up.
+//! (algorithm 12) within 5 u^2 of the exact result, u = 2^-53; quotient and square root are derived below. The last bits of
+//! what falls below 2^-968 are lost to underflow, which `ABSOLUTE` covers. The error travels along, rounded up.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// Bound of the relative error of one operation on pairs.
-const RELATIVE: f64 = f64::from_bits((1023 - 100) << 52);
+/// Half a unit in the last place of 1.
+const U: f64 = f64::EPSILON / 2.0;
+/// Bound of the relative error of a sum of pairs.
+const SUM: f64 = 3.0 * U * U;
+/// Bound of the relative error of a product of pairs, of a quotient and of a square root.
+const PRODUCT: f64 = 5.0 * U * U;
 /// Bound of the absolute error of one operation that underflows.
 const ABSOLUTE: f64 = f64::from_bits((1023 - 960) << 52);
 /// Covers the roundings of a bound made of at most 16 operations.
@@ -63,13 +67,15 @@ impl Bounded {
 
     /// An integer times an exact f64, over an integer (each integer at most 2^53).
     pub fn ratio(factor: f64, value: f64, divisor: f64) -> Self {
-        // One Newton step: the quotient of the high part, and what remains of the exact product divided again.
+        // One Newton step: the quotient of the high part, and what remains of the exact product divided again. The remainder
+        // `(product - back) - back_low` is exact and, like `product_low`, at most u of the product; their sum rounds by 2 u^2 of
+        // it, and so does its quotient.
         let (product, product_low) = two_product(factor, value);
         let first = product / divisor;
         let (back, back_low) = two_product(first, divisor);
         let rest = ((product - back) - back_low) + product_low;
         let (high, low) = fast_two_sum(first, rest / divisor);
-        Self { high, low, error: (high.abs() * (4.0 * RELATIVE) + ABSOLUTE) * UP }
+        Self { high, low, error: (high.abs() * PRODUCT + ABSOLUTE) * UP }
     }
 
     /// The same number, less certain.
@@ -84,7 +90,8 @@ impl Bounded {
 
     /// A lower and an upper bound; infinite after an overflow.
     pub fn bounds(self) -> [f64; 2] {
-        let off = (self.error + self.high.abs() * (2.0 * f64::EPSILON)) * UP;
+        // u for the low part and u for the rounding of the difference.
+        let off = (self.error + self.high.abs() * f64::EPSILON) * UP;
         let (low, high) = (self.high - off, self.high + off);
         if low <= high { [low, high] } else { [f64::NEG_INFINITY, f64::INFINITY] }
     }
@@ -119,10 +126,12 @@ impl Bounded {
         let (square, square_low) = two_product(root, root);
         let rest = ((self.high - square) - square_low) + self.low;
         let (high, low) = fast_two_sum(root, rest / (2.0 * root));
-        // |sqrt x - sqrt y| is at most |x - y| / sqrt y and at most sqrt |x - y|.
-        let carried = (self.error / root).min(self.error.sqrt()) * (1.0 + 4.0 * f64::EPSILON);
-        // The Newton step leaves (rest / root)^2 / (8 root): below 2^-103 of the root.
-        Self { high, low, error: (carried + 4.0 * RELATIVE * root + ABSOLUTE) * UP }
+        // |sqrt x - sqrt y| is at most |x - y| / sqrt y and at most sqrt |x - y|. The remainder loses what underflows.
+        let error = self.error + ABSOLUTE;
+        let carried = (error / root).min(error.sqrt()) * (1.0 + 4.0 * f64::EPSILON);
+        // The remainder `(high - square) - square_low` is exact and at most 2 u of `high`, with `low` 3 u: their sum rounds by
+        // 1.5 u^2 of the root, so does the quotient, and the Newton step leaves (1.5 u)^2 / 2 of it.
+        Self { high, low, error: (carried + PRODUCT * root) * UP }
     }
 }
 
@@ -143,7 +152,7 @@ impl Add for Bounded {
         let (v_high, v_low) = fast_two_sum(s_high, s_low + t_high);
         let (high, low) = fast_two_sum(v_high, t_low + v_low);
         // Sums of f64 do not underflow inexactly: the relative bound is all.
-        Self { high, low, error: (self.error + other.error + RELATIVE * high.abs()) * UP }
+        Self { high, low, error: (self.error + other.error + SUM * high.abs()) * UP }
     }
 }
 
@@ -164,7 +173,7 @@ impl Mul for Bounded {
         let (high, low) = fast_two_sum(c_high, c_low + t_low);
         // |high| bounds |value| up to one unit in its last place, which UP covers.
         let carried = self.high.abs() * other.error + other.high.abs() * self.error + self.error * other.error;
-        Self { high, low, error: (carried + RELATIVE * high.abs() + ABSOLUTE) * UP }
+        Self { high, low, error: (carried + PRODUCT * high.abs() + ABSOLUTE) * UP }
     }
 }
 
@@ -188,50 +197,101 @@ mod tests {
         z ^ (z >> 31)
     }
 
-    /// Every operation contains the exact result of its exact operands, and its bound is not loose.
-    #[test]
-    fn the_bound_holds_against_integers() {
-        let mut state = 7;
-        for _ in 0..20_000 {
-            let mut number = || {
-                let bits = random(&mut state);
-                let high = (bits >> 11) as f64 * 2f64.powi(-53 + (bits % 40) as i32 - 20);
-                let high = if bits & 1 == 0 { high } else { -high };
-                let low = high * 2f64.powi(-54) * ((random(&mut state) % 1000) as f64 / 1000.0);
-                let (high, low) = two_sum(high, low);
-                Bounded { high, low, error: 0.0 }
-            };
-            let (a, b) = (number(), number());
-            let (fa, fb) = (fixed(a.high) + fixed(a.low), fixed(b.high) + fixed(b.low));
-            let check = |result: Bounded, exact: IBig, shift: usize| {
-                // Exact is given in units of 2^-(300 + shift).
-                let got = (fixed(result.high) + fixed(result.low)) << shift;
-                let off = (got - exact).to_f64().value().abs();
-                let unit = 2f64.powi(-300) * 2f64.powi(-(shift as i32));
-                assert!(off * unit <= result.error, "{a:?} {b:?} {result:?}");
-                assert!(result.error <= result.high.abs() * 2f64.powi(-97) + 1e-250);
-            };
-            check(a + b, &fa + &fb, 0);
-            check(a - b, &fa - &fb, 0);
-            check(a * b, &fa * &fb, 300);
-            let root = if a.high > 0.0 { a } else { -a }.sqrt();
-            let square = root * root - if a.high > 0.0 { a } else { -a };
-            assert!(square.high.abs() <= square.error && square.error < a.high.abs() * 1e-28);
-        }
+    /// A pair with mantissas that round badly: many are just above a power of two.
+    fn number(state: &mut u64) -> Bounded {
+        let bits = random(state);
+        let short = bits >> 3 & 1 == 0;
+        let mantissa = if short {
+            1.0 + (random(state) >> 11 >> (bits % 40)) as f64 * 2f64.powi(-53)
+        } else {
+            (random(state) >> 11) as f64 * 2f64.powi(-53)
+        };
+        let high = mantissa * 2f64.powi((bits >> 8) as i32 % 40 - 20) * if bits & 1 == 0 { 1.0 } else { -1.0 };
+        let low =
+            high * 2f64.powi(-54) * ((random(state) % 1001) as f64 / 1000.0) * if bits & 2 == 0 { 1.0 } else { -1.0 };
+        let (high, low) = two_sum(high, low);
+        Bounded { high, low, error: 0.0 }
     }
 
+    /// The exact value in units of 2^-300.
+    fn whole(x: Bounded) -> IBig {
+        fixed(x.high) + fixed(x.low)
+    }
+
+    /// Every operation contains the exact result of its exact operands, and no bound is eight times what is needed.
     #[test]
-    fn ratio_is_good_to_its_bound() {
-        let mut state = 11;
-        for _ in 0..20_000 {
-            let factor = (random(&mut state) % 65536) as f64 - 32768.0;
-            let divisor = (random(&mut state) % 65535 + 1) as f64;
-            let value = (random(&mut state) >> 11) as f64 * 2f64.powi(-30);
-            let ratio = Bounded::ratio(factor, value, divisor);
-            let off = (fixed(ratio.high) + fixed(ratio.low)) * fixed(divisor) - fixed(factor) * fixed(value);
-            let off = off.to_f64().value().abs() * 2f64.powi(-600) / divisor;
-            assert!(off <= ratio.error, "{factor} {value} {divisor}");
+    fn bounds_hold_against_integers_and_are_not_loose() {
+        let mut state = 7;
+        let mut worst = [0.0f64; 4];
+        for _ in 0..300_000 {
+            let (a, b) = (number(&mut state), number(&mut state));
+            let mut check = |kind: usize, result: Bounded, off: IBig, unit: f64| {
+                let ratio = off.to_f64().value().abs() * unit / result.error;
+                assert!(ratio <= 1.0, "{ratio} of the bound: {a:?} {b:?} {result:?}");
+                assert!(result.error <= result.high.abs() * 2f64.powi(-103) + 1e-250);
+                worst[kind] = worst[kind].max(ratio);
+            };
+            let unit = 2f64.powi(-300);
+            // Sums of one sign: what cancels is known better than the bound says.
+            let (sum, product) = (a + b, a * b);
+            if sum.error > 0.0 {
+                check(0, sum, whole(sum) - whole(a) - whole(b), unit);
+            }
+            check(1, product, (whole(product) << 300) - whole(a) * whole(b), unit * unit);
+            let square = if a.high > 0.0 { a } else { -a };
+            let root = square.sqrt();
+            // |root - sqrt square| = |root^2 - square| / (root + sqrt square).
+            let off = whole(root) * whole(root) - (whole(square) << 300);
+            check(2, root, off, unit * unit / (2.0 * root.high));
+            let (factor, divisor) =
+                ((random(&mut state) % 65536) as f64 + 1.0, (random(&mut state) % 65535 + 1) as f64);
+            let ratio = Bounded::ratio(factor, a.high, divisor);
+            let off = whole(ratio) * fixed(divisor) - fixed(factor) * fixed(a.high);
+            check(3, ratio, off, unit * unit / divisor);
         }
+        println!("sum, product, root, ratio: {worst:.3?} of the bound");
+        assert!(worst.iter().all(|&w| w > 0.125), "{worst:?}");
+    }
+
+    /// Where bits are lost to underflow the bound still holds.
+    #[test]
+    fn underflow_is_covered() {
+        let mut state = 5;
+        let scale = |x: Bounded, power: i32| Bounded {
+            high: x.high * 2f64.powi(power),
+            low: x.low * 2f64.powi(power),
+            error: 0.0,
+        };
+        let mut lost = 0;
+        for _ in 0..20_000 {
+            let (a, b) = (scale(number(&mut state), -500), scale(number(&mut state), -520));
+            let product = a * b;
+            let exact = |x: Bounded| integer(x.high, -1074) + integer(x.low, -1074);
+            // In units of 2^-1074.
+            let off: IBig = ((exact(product) << 1074) - exact(a) * exact(b)) >> 1000;
+            let off = off.to_f64().value().abs() * 2f64.powi(-74);
+            let units = |error: f64| error * 2f64.powi(537) * 2f64.powi(537);
+            assert!(off <= units(product.error), "{a:?} {b:?}");
+            lost += usize::from(off > units(PRODUCT * product.high.abs()));
+        }
+        assert!(lost > 1000, "{lost}");
+    }
+
+    /// `bounds` holds the pair and its error, and is not eight times wider than the low part and a rounding ask for.
+    #[test]
+    fn bounds_are_close() {
+        let mut state = 9;
+        let mut worst = 0.0f64;
+        for _ in 0..100_000 {
+            let a = number(&mut state);
+            let [low, high] = a.bounds();
+            let above = (fixed(high) - whole(a)).to_f64().value();
+            let below = (whole(a) - fixed(low)).to_f64().value();
+            assert!(above >= 0.0 && below >= 0.0, "{a:?}");
+            let off = fixed(a.high.abs() * f64::EPSILON).to_f64().value();
+            worst = worst.max(1.0 - above.min(below) / off);
+        }
+        assert!(worst > 0.125, "{worst}");
     }
 
     #[test]

@@ -114,6 +114,7 @@ impl Hit {
 /// Everything about a view that decisions need.
 pub struct Truth {
     view: View,
+    bounds: Bounds,
     axes: Axes,
     field: Field,
     /// The view in 128-bit integers, if its axes are rational, its projection orthographic, and its numbers short.
@@ -153,12 +154,17 @@ impl Truth {
             Projection::Orthographic => small::Frame::new(&axes, field.rational(), view, lcm, exponent),
             Projection::Perspective => None,
         };
-        Self { view: *view, axes, field, small, scale, slack, lcm }
+        Self { view: *view, bounds, axes, field, small, scale, slack, lcm }
     }
 
     /// The view.
     pub fn view(&self) -> &View {
         &self.view
+    }
+
+    /// The spheres' extent.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// The camera's axes.
@@ -399,7 +405,7 @@ impl Pixel<'_> {
             if truth.slack == 0.0 { exact } else { exact.widened(truth.slack) }
         });
         let along = |axis: Axis| {
-            let part = |k: usize| f[k] * Bounded::pair(axis.high[k], axis.low[k], AXIS_ERROR);
+            let part = |k: usize| f[k] * Bounded::pair(axis.high[k], axis.low[k], Axis::ERROR);
             part(0) + part(1) + part(2)
         };
         let (x, y, z) = (along(truth.axes.right), along(truth.axes.up), along(truth.axes.forward));
@@ -465,9 +471,6 @@ pub const DISTANCE_ERROR: f64 = f64::from_bits((1023 - 40) << 52);
 fn floor_root(square: &IBig) -> IBig {
     UBig::try_from(square.clone()).map_or(IBig::ZERO, |square| IBig::from(square.sqrt()))
 }
-
-/// Each component of an axis is within this of its pair of f64.
-const AXIS_ERROR: f64 = f64::from_bits((1023 - 104) << 52);
 
 impl Tally {
     /// The first answer, from the cheapest arithmetic that gives one.

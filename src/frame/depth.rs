@@ -18,21 +18,30 @@ use crate::{
 /// # Panics
 /// When the ids are not those of this region and view.
 pub fn depth_plane(scene: &Scene, view: &View, region: Region, ids: &[i32]) -> Vec<f32> {
+    depths(scene, &Truth::new(view, scene.bounds()), region, ids).expect("the ids are this view's")
+}
+
+/// The same for ids that others have found; none when one of them is no sphere that the pixel's ray meets.
+///
+/// # Panics
+/// When there are not as many ids as pixels.
+pub fn depths(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Option<Vec<f32>> {
     assert_eq!(ids.len(), region.pixels(), "the ids are the region's");
-    let truth = Truth::new(view, scene.bounds());
     let width = region.width as usize;
     let mut depths = vec![f32::INFINITY; ids.len()];
     let rows = depths.par_chunks_mut(width).zip(ids.par_chunks(width)).zip(region.y..region.y + region.height);
-    rows.for_each(|((depths, ids), row)| {
+    rows.map(|((depths, ids), row)| {
         for ((depth, &id), column) in depths.iter_mut().zip(ids).zip(region.x..) {
             if let Ok(index) = usize::try_from(id) {
                 let pixel = truth.pixel(column, row);
-                let hit = pixel.hit(scene.sphere(index).into(), &mut Tally::default());
-                *depth = pixel.distance(&hit.expect("the ids are this view's")) as f32;
+                let hit = pixel.hit(scene.sphere(index).into(), &mut Tally::default())?;
+                *depth = pixel.distance(&hit) as f32;
             }
         }
-    });
-    depths
+        Some(())
+    })
+    .collect::<Option<()>>()?;
+    Some(depths)
 }
 
 #[cfg(test)]

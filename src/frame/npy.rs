@@ -23,15 +23,27 @@ fn write<T: bytemuck::Pod>(
     descr: &str,
     shape: &[usize],
     count: usize,
-    numbers: &[T],
+    values: &[T],
     little: fn(T) -> [u8; 4],
 ) -> io::Result<()> {
     assert_eq!(shape.iter().product::<usize>(), count, "the shape is the numbers'");
     out.write_all(&header(descr, shape))?;
+    numbers(out, values, little)
+}
+
+/// Writes numbers after the header, some or all; `little` gives the bytes of one.
+///
+/// # Errors
+/// The writer's.
+pub fn numbers<T: bytemuck::Pod, const N: usize>(
+    out: &mut dyn Write,
+    values: &[T],
+    little: fn(T) -> [u8; N],
+) -> io::Result<()> {
     if cfg!(target_endian = "little") {
-        return out.write_all(bytemuck::cast_slice(numbers));
+        return out.write_all(bytemuck::cast_slice(values));
     }
-    for part in numbers.chunks(1 << 16) {
+    for part in values.chunks(1 << 16) {
         let bytes: Vec<u8> = part.iter().flat_map(|&n| little(n)).collect();
         out.write_all(&bytes)?;
     }
@@ -40,10 +52,20 @@ fn write<T: bytemuck::Pod>(
 
 /// The header of an array: magic, version, and the dict that NumPy reads, filled up so that the numbers begin at a multiple of 64 bytes.
 pub fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    header_of(&format!("'{descr}'"), shape)
+}
+
+/// The header of an array of records, each of fields with a name and a type, one after the other.
+pub fn record_header(fields: &[(&str, &str)], shape: &[usize]) -> Vec<u8> {
+    let fields: Vec<String> = fields.iter().map(|(name, descr)| format!("('{name}', '{descr}')")).collect();
+    header_of(&format!("[{}]", fields.join(", ")), shape)
+}
+
+fn header_of(descr: &str, shape: &[usize]) -> Vec<u8> {
     let axes: String = shape.iter().map(|n| format!("{n}, ")).collect();
     // NumPy itself writes (3,) and (2, 3).
     let axes = if shape.len() == 1 { axes.trim_end() } else { axes.trim_end_matches([',', ' ']) };
-    let mut dict = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({axes}), }}");
+    let mut dict = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': ({axes}), }}");
     let start = 10;
     let padding = 63 - (start + dict.len()) % 64;
     dict.extend(std::iter::repeat_n(' ', padding));

@@ -15,7 +15,7 @@
 
 use std::io::{self, Write};
 
-use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter};
+use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, StreamWriter, Writer};
 use rayon::prelude::*;
 
 use super::Paint;
@@ -71,6 +71,78 @@ pub fn write_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint
     }
     stream.finish().map_err(into_io)?;
     writer.finish().map_err(into_io)
+}
+
+/// A picture that comes in rows, some at a time: RGB, as the colours of what is still to come are not known.
+pub struct PngFile<W: Write> {
+    writer: Writer<W>,
+    width: usize,
+}
+
+impl<W: Write> PngFile<W> {
+    /// Begins the picture of a region.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn new(out: W, region: Region) -> io::Result<Self> {
+        let mut encoder = Encoder::new(out, region.width, region.height);
+        encoder.set_deflate_compression(DeflateCompression::Level(1));
+        encoder.set_filter(Filter::NoFilter);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(BitDepth::Eight);
+        Ok(Self { writer: encoder.write_header().map_err(into_io)?, width: region.width as usize })
+    }
+
+    /// Begins the rows.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn rows<'a>(&'a mut self, paint: Paint<'a>) -> io::Result<PngRows<'a, W>> {
+        let stream = self.writer.stream_writer_with_size(CHUNK).map_err(into_io)?;
+        Ok(PngRows { stream, paint, width: self.width, bytes: Vec::new() })
+    }
+
+    /// Ends the file, after its rows.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn finish(self) -> io::Result<()> {
+        self.writer.finish().map_err(into_io)
+    }
+}
+
+/// The rows of a picture, from the top.
+pub struct PngRows<'a, W: Write> {
+    stream: StreamWriter<'a, W>,
+    paint: Paint<'a>,
+    width: usize,
+    bytes: Vec<u8>,
+}
+
+impl<W: Write> PngRows<'_, W> {
+    /// Takes the ids of the next rows.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
+        let band = (BAND / self.width).max(1) * self.width;
+        for ids in ids.chunks(band) {
+            self.bytes.resize(3 * ids.len(), 0);
+            self.bytes.par_chunks_mut(3 * self.width).zip(ids.par_chunks(self.width)).for_each(|(row, ids)| {
+                self.paint.each(ids, |at, color| row[3 * at..3 * at + 3].copy_from_slice(&color));
+            });
+            self.stream.write_all(&self.bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Ends the rows.
+    ///
+    /// # Errors
+    /// The writer's, or when rows are missing.
+    pub fn finish(self) -> io::Result<()> {
+        self.stream.finish().map_err(into_io)
+    }
 }
 
 /// The writer's own errors as they are.
@@ -180,6 +252,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn rows_are_the_picture() {
+        let scene = scene(300);
+        let paint = Paint { scene: &scene, background: [200, 100, 50] };
+        let region = Region { x: 0, y: 0, width: 31, height: 40 };
+        let ids: Vec<i32> = (0..region.pixels()).map(|k| (k % 301) as i32 - 1).collect();
+        let (mut whole, mut bytes) = (Vec::new(), Vec::new());
+        write_png(&mut whole, region, &ids, &paint).unwrap();
+        let mut file = PngFile::new(&mut bytes, region).unwrap();
+        let mut rows = file.rows(paint).unwrap();
+        ids.chunks(31 * 7).for_each(|ids| rows.push(ids).unwrap());
+        rows.finish().unwrap();
+        file.finish().unwrap();
+        assert_eq!(bytes, whole);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::lists::Wave;
+use super::lists::{Spheres, Wave};
 use crate::{
     camera::{Projection, Region},
     exact::decide::{Ball, Tally, Truth},
@@ -34,24 +34,18 @@ pub struct Undecided {
 }
 
 impl Undecided {
-    /// Gathers them from ids of a region whose tiles come `columns` to a row.
-    pub fn find(ids: &[i32], region: Region, columns: u32) -> Self {
-        let width = region.width as usize;
-        let tiles: Vec<(u32, Vec<Cell>)> = ids
-            .par_chunks(width * TILE as usize)
-            .enumerate()
-            .flat_map_iter(|(tile_row, ids)| {
-                let mut row_of_tiles: Vec<(u32, Vec<Cell>)> = Vec::new();
-                if ids.contains(&UNDECIDED) {
-                    row_of_tiles = (0..columns).map(|c| (tile_row as u32 * columns + c, Vec::new())).collect();
-                    for at in (0..ids.len()).filter(|&at| ids[at] == UNDECIDED) {
-                        let (column, row) = ((at % width) as u32, tile_row as u32 * TILE + (at / width) as u32);
-                        let (low, high) = (f64::INFINITY, f64::INFINITY);
-                        row_of_tiles[(column / TILE) as usize].1.push(Cell { column, row, low, high, holder: None });
-                    }
-                    row_of_tiles.retain(|(_, cells)| !cells.is_empty());
-                }
-                row_of_tiles
+    /// Gathers them from some tiles of a region whose tiles come `columns` to a row.
+    pub fn find(tiles: &[u32], ids: &[i32], region: Region, columns: u32) -> Self {
+        let tiles: Vec<(u32, Vec<Cell>)> = tiles
+            .par_iter()
+            .map(|&tile| {
+                let (x, y) = (tile % columns * TILE, tile / columns * TILE);
+                let (right, bottom) = (region.width.min(x + TILE), region.height.min(y + TILE));
+                let pixels = (y..bottom).flat_map(|row| (x..right).map(move |column| (column, row)));
+                let left_over = pixels
+                    .filter(|&(column, row)| ids[row as usize * region.width as usize + column as usize] == UNDECIDED);
+                let (low, high) = (f64::INFINITY, f64::INFINITY);
+                (tile, left_over.map(|(column, row)| Cell { column, row, low, high, holder: None }).collect())
             })
             .collect();
         let pixels = tiles.iter().map(|(_, cells)| cells.len()).sum();
@@ -66,12 +60,14 @@ impl Undecided {
     }
 
     /// Looks at the spheres of a wave.
-    pub fn look(&mut self, scene: &Scene, truth: &Truth, projector: &Projector, wave: &Wave) -> Tally {
+    pub fn look(&mut self, spheres: Spheres<'_>, projector: &Projector, wave: &Wave) -> Tally {
+        let Spheres { scene, truth, order } = spheres;
         self.tiles
             .par_iter_mut()
             .map(|(tile, cells)| {
                 let mut tally = Tally::default();
-                for &index in wave.tile(*tile as usize) {
+                for &place in wave.tile(*tile as usize) {
+                    let index = order.index(place);
                     let ball = Ball::from(scene.sphere(index as usize));
                     let candidate = Candidate::new(projector, index, ball);
                     for cell in &mut *cells {

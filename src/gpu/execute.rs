@@ -2,10 +2,12 @@
 
 use std::{collections::HashMap, time::Duration};
 
-use super::{Chunk, lists::Wave, memory::Growing};
+use rayon::prelude::*;
+
+use super::{Chunk, lists::Wave, memory::Growing, order::Order};
 use crate::{
     camera::Region,
-    plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS},
+    plan::{self, Band, Eye, FRESH, LAST, NONE, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
     render::DrawError,
     shader::{FANS, Lanes, PLANES, STATES, Variant},
 };
@@ -192,10 +194,13 @@ impl Executor {
     pub fn read_back(&mut self, tiles: usize, take: impl FnOnce(&[i32])) -> Result<(), DrawError> {
         let size = (tiles * TILE_PIXELS * 4) as u64;
         if size == 0 {
+            take(&[]);
             return Ok(());
         }
         self.staging.reserve(&self.device, size);
-        let (Some(ids), Some(staging)) = (self.ids.get(), self.staging.get()) else { return Ok(()) };
+        let (Some(ids), Some(staging)) = (self.ids.get(), self.staging.get()) else {
+            return Err(DrawError::Device("there are no ids to bring back".into()));
+        };
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
         let submission = self.queue.submit([encoder.finish()]);
@@ -271,13 +276,43 @@ fn tile_table(band: &Band, segments: &[Segment], place: impl Fn(usize, &Segment)
         .collect()
 }
 
-/// Puts the pixels of a tile, row by row, into their places, as far as they are in the region.
-pub fn fill_tile(ids: &mut [i32], region: Region, columns: u32, tile: u32, pixels: &[i32]) {
-    let (x, y) = (tile % columns * TILE, tile / columns * TILE);
-    let width = TILE.min(region.width - x) as usize;
-    for row in 0..TILE.min(region.height - y) {
-        let at = (y + row) as usize * region.width as usize + x as usize;
-        let from = (row * TILE) as usize;
-        ids[at..at + width].copy_from_slice(&pixels[from..from + width]);
-    }
+/// The slot of a tile that has none: background, or left to the host.
+pub const BACKGROUND: u32 = u32::MAX;
+/// See [`BACKGROUND`].
+pub const HOST: u32 = u32::MAX - 1;
+
+/// Puts the pixels of all tiles into their places: of tile `t` those at `slots[t]` in `found`. Returns the tiles in which something is undecided.
+pub fn fill(ids: &mut [i32], region: Region, columns: u32, slots: &[u32], found: &[i32], order: &Order) -> Vec<u32> {
+    let width = region.width as usize;
+    ids.par_chunks_mut(width * TILE as usize)
+        .enumerate()
+        .flat_map_iter(|(row_of_tiles, ids)| {
+            let mut undecided = Vec::new();
+            for column in 0..columns {
+                let tile = row_of_tiles as u32 * columns + column;
+                let x = (column * TILE) as usize;
+                let across = (TILE as usize).min(width - x);
+                let slot = slots[tile as usize];
+                let mut any = slot == HOST;
+                for (row, ids) in ids.chunks_mut(width).enumerate() {
+                    let ids = &mut ids[x..x + across];
+                    match slot {
+                        BACKGROUND => ids.fill(NONE),
+                        HOST => ids.fill(UNDECIDED),
+                        _ => {
+                            let at = slot as usize * TILE_PIXELS + row * TILE as usize;
+                            for (id, &place) in ids.iter_mut().zip(&found[at..]) {
+                                any |= place == UNDECIDED;
+                                *id = if place < 0 { place } else { order.index(place as u32) as i32 };
+                            }
+                        }
+                    }
+                }
+                if any {
+                    undecided.push(tile);
+                }
+            }
+            undecided
+        })
+        .collect()
 }

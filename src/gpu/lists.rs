@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::order::Order;
 use crate::{
     bins::{Binner, Item, Keep, Window, Workspace},
     camera::Region,
@@ -44,6 +45,17 @@ impl Keep for These<'_> {
     }
 }
 
+/// Spheres, and what is known of them.
+#[derive(Clone, Copy)]
+pub struct Spheres<'a> {
+    /// The spheres.
+    pub scene: &'a Scene,
+    /// What decides about them in this view.
+    pub truth: &'a Truth,
+    /// Where they lie on the device.
+    pub order: &'a Order,
+}
+
 /// The lists of one wave, in memory that is used again.
 #[derive(Default)]
 pub struct Wave {
@@ -51,7 +63,7 @@ pub struct Wave {
     columns: u32,
     rows: u32,
     starts: Vec<u32>,
-    /// Indices in the scene.
+    /// Places on the device.
     pub entries: Vec<u32>,
     /// World units.
     nearest: Vec<f64>,
@@ -59,24 +71,29 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// Lists for the tiles of `region`; takes as many spheres out of `left` as give about `limit` entries. Returns the
+    /// Lists for the tiles of `region`, of places in `order`; takes as many spheres out of `left` as give about `limit` entries. Returns the
     /// projector, which decisions use too.
     pub fn collect<K: Keep>(
         &mut self,
-        scene: &Scene,
-        truth: &Truth,
+        spheres: Spheres<'_>,
         region: Region,
         left: &mut [Range<usize>],
         limit: usize,
         keep: &K,
     ) -> Projector {
+        let Spheres { scene, truth, order } = spheres;
         let binner = Binner::new(scene, truth, region, TILE.trailing_zeros());
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);
         self.starts.clear();
         self.starts.extend(lists.starts.iter().step_by(grid.slabs as usize));
-        lists.entries.par_iter().with_min_len(1 << 14).map(|e| e.index).collect_into_vec(&mut self.entries);
+        lists
+            .entries
+            .par_iter()
+            .with_min_len(1 << 14)
+            .map(|e| order.place(e.index))
+            .collect_into_vec(&mut self.entries);
         let world = 1.0 / truth.scale();
         let starts = &self.starts;
         (0..grid.tiles())

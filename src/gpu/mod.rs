@@ -4,6 +4,7 @@
 //! * [`adapters`]: which devices there are, which one is taken, and what to install when there is none.
 //! * `lists`: tile lists, made on the host.
 //! * `execute`: uploads, dispatches, ids back; `memory`: buffers that are used again.
+//! * `order`: neighbours in space lie together on the device.
 //! * `decide`: what the filter leaves over.
 //! * [`naive`]: a baseline for `bench`.
 
@@ -13,6 +14,7 @@ mod execute;
 mod lists;
 mod memory;
 pub mod naive;
+mod order;
 
 use std::{
     num::NonZeroU64,
@@ -29,13 +31,15 @@ use crate::{
     cpu::Cpu,
     exact::decide::{Tally, Truth},
     plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
+    project::Projector,
     render::{Counts, DeviceChoice, DeviceError, DrawError, Drawing, Times},
     scene::Scene,
     shader::Lanes,
 };
 use decide::Undecided;
-use execute::{Executor, fill_tile};
-use lists::{These, Wave};
+use execute::{BACKGROUND, Executor, HOST, fill};
+use lists::{Spheres, These, Wave};
+use order::Order;
 
 /// Spheres on the device: consecutive, as many as one binding holds.
 struct Chunk {
@@ -50,6 +54,7 @@ struct Uploaded {
     /// None where the device cannot hold the scene's numbers.
     fixed: Option<Fixed>,
     chunks: Vec<Chunk>,
+    order: Order,
 }
 
 /// An opened GPU.
@@ -70,8 +75,7 @@ pub struct Gpu {
 
 /// One picture.
 struct Job<'a> {
-    scene: &'a Scene,
-    truth: &'a Truth,
+    spheres: Spheres<'a>,
     eye: &'a Eye,
     chunks: &'a [Chunk],
 }
@@ -230,7 +234,8 @@ impl Gpu {
             None => drawing.ids.resize(region.pixels(), UNDECIDED),
             Some(eye) => {
                 let truth = Truth::new(view, scene.bounds());
-                let job = Job { scene, truth: &truth, eye, chunks: &uploaded.chunks };
+                let spheres = Spheres { scene, truth: &truth, order: &uploaded.order };
+                let job = Job { spheres, eye, chunks: &uploaded.chunks };
                 drawing.times.prepare += since(begin);
                 let across = region.width.div_ceil(TILE);
                 let rows = (self.limits.tiles as u32 / across).max(1) * TILE;
@@ -249,93 +254,102 @@ impl Gpu {
 
     /// Appends the ids of a band.
     fn draw_band(&mut self, job: &Job, region: Region, drawing: &mut Drawing, decide: bool) -> Result<(), DrawError> {
-        let start = drawing.ids.len();
-        drawing.ids.resize(start + region.pixels(), NONE);
+        let Job { spheres, eye, chunks } = *job;
         let mut band = Band::new(region);
+        // The tile of each place of the ids; if a tile has several segments, places are tiles.
         let mut slots = Vec::new();
         let mut single = true;
         let mut waves = 0;
         let mut projector = None;
-        for chunk in job.chunks {
+        for chunk in chunks {
             let mut left = bins::split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
                 let begin = Instant::now();
-                let Job { scene, truth, eye, .. } = *job;
-                projector = Some(self.wave.collect(scene, truth, region, &mut left, self.limits.wave, &KeepAll));
+                projector = Some(self.wave.collect(spheres, region, &mut left, self.limits.wave, &KeepAll));
                 waves += 1;
                 drawing.counts.entries += self.wave.entries.len();
-                let only = waves == 1 && job.chunks.len() == 1 && left.iter().all(Range::is_empty);
-                let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits);
-                single = only && whole;
+                let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
+                let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
+                single = all && whole;
                 drawing.times.prepare += since(begin);
                 let begin = Instant::now();
-                let band = &band;
-                let slots = single.then_some(&mut slots);
+                let (band, slots) = (&band, single.then_some(&mut slots));
                 self.guarded(|gpu| gpu.executor.run(eye, band, chunk, &gpu.wave, &passes, slots))?;
                 drawing.times.render += since(begin);
             }
         }
-        let begin = Instant::now();
-        if !single && let Some(chunk) = job.chunks.first() {
+        if !single && let Some(chunk) = chunks.first() {
+            let begin = Instant::now();
             slots = band.met();
-            self.guarded(|gpu| gpu.executor.finish(job.eye, &band, chunk, &slots))?;
+            self.guarded(|gpu| gpu.executor.finish(eye, &band, chunk, &slots))?;
+            drawing.times.render += since(begin);
         }
-        drawing.times.render += since(begin);
         let begin = Instant::now();
-        let ids = &mut drawing.ids[start..];
-        let places = if single {
-            slots.len()
-        } else if slots.is_empty() {
-            0
-        } else {
-            band.tiles()
+        let mut slot_of = vec![BACKGROUND; band.tiles()];
+        for (place, &tile) in slots.iter().enumerate() {
+            slot_of[tile as usize] = if single { place as u32 } else { tile };
+        }
+        band.host.iter().for_each(|&tile| slot_of[tile as usize] = HOST);
+        let places = match (single, slots.is_empty()) {
+            (_, true) => 0,
+            (true, false) => slots.len(),
+            (false, false) => band.tiles(),
         };
+        let start = drawing.ids.len();
+        drawing.ids.resize(start + region.pixels(), NONE);
+        let ids = &mut drawing.ids[start..];
+        let mut left_over = Vec::new();
         self.guarded(|gpu| {
             gpu.executor.read_back(places, |found| {
-                for (place, &tile) in slots.iter().enumerate() {
-                    let at = if single { place } else { tile as usize } * TILE_PIXELS;
-                    fill_tile(ids, region, band.columns, tile, &found[at..at + TILE_PIXELS]);
-                }
+                left_over = fill(ids, region, band.columns, &slot_of, found, spheres.order);
             })
         })?;
-        for &tile in &band.host {
-            fill_tile(ids, region, band.columns, tile, &[UNDECIDED; TILE_PIXELS]);
-        }
         drawing.times.read_back += since(begin);
-        if !decide || !self.executor.certain {
-            return Ok(());
+        if decide && self.executor.certain {
+            let begin = Instant::now();
+            let mut undecided = Undecided::find(&left_over, ids, region, band.columns);
+            drawing.counts.undecided += undecided.pixels;
+            // Lists of several waves are gone.
+            let lists = projector.filter(|_| waves == 1);
+            drawing.counts.exact += self.decide(spheres, &mut undecided, lists, region, band.tiles(), ids)?;
+            drawing.times.decide += since(begin);
         }
-        let begin = Instant::now();
-        let mut undecided = Undecided::find(ids, region, band.columns);
-        drawing.counts.undecided += undecided.pixels;
+        Ok(())
+    }
+
+    /// Decides what the filter left over; `lists` says that those of the last wave are all there are. Returns how often f64 did not tell.
+    fn decide(
+        &mut self,
+        spheres: Spheres<'_>,
+        undecided: &mut Undecided,
+        lists: Option<Projector>,
+        region: Region,
+        tiles: usize,
+        ids: &mut [i32],
+    ) -> Result<usize, DrawError> {
+        if undecided.pixels == 0 {
+            return Ok(0);
+        }
         if undecided.pixels * 8 > region.pixels() {
             // The native device draws eight pixels in the time in which one is decided here.
-            let Drawing { ids: all, counts, .. } = self.cpu.draw(job.scene, job.truth.view(), region)?;
-            ids.copy_from_slice(&all);
-            drawing.counts.exact += counts.exact;
-        } else if undecided.pixels > 0 {
-            let mut tally = Tally::default();
-            match projector {
-                Some(projector) if waves == 1 => {
-                    tally += undecided.look(job.scene, job.truth, &projector, &self.wave);
-                }
-                _ => {
-                    // The lists are gone: make them again, of these tiles.
-                    let mask = undecided.mask(band.tiles());
-                    let mut left = bins::split(0..job.scene.len());
-                    while !left.iter().all(Range::is_empty) {
-                        let these = These(&mask);
-                        let projector =
-                            self.wave.collect(job.scene, job.truth, region, &mut left, self.limits.wave, &these);
-                        tally += undecided.look(job.scene, job.truth, &projector, &self.wave);
-                    }
-                }
-            }
-            undecided.write(ids, region);
-            drawing.counts.exact += tally.big as usize;
+            let drawing = self.cpu.draw(spheres.scene, spheres.truth.view(), region)?;
+            ids.copy_from_slice(&drawing.ids);
+            return Ok(drawing.counts.exact);
         }
-        drawing.times.decide += since(begin);
-        Ok(())
+        let mut tally = Tally::default();
+        if let Some(projector) = lists {
+            tally += undecided.look(spheres, &projector, &self.wave);
+        } else {
+            // Lists are made again, of these tiles.
+            let mask = undecided.mask(tiles);
+            let mut left = bins::split(0..spheres.scene.len());
+            while !left.iter().all(Range::is_empty) {
+                let projector = self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
+                tally += undecided.look(spheres, &projector, &self.wave);
+            }
+        }
+        undecided.write(ids, region);
+        Ok(tally.big as usize)
     }
 
     /// Puts a scene on the device unless it is there.
@@ -345,10 +359,13 @@ impl Gpu {
         }
         self.uploaded = None;
         let fixed = Fixed::new(&scene.bounds());
+        let starts = (0..scene.len()).step_by(self.chunk);
+        let ranges: Vec<Range<usize>> = starts.map(|at| at..scene.len().min(at + self.chunk)).collect();
         let mut chunks = Vec::new();
+        let mut order = Order::default();
         if let Some(fixed) = &fixed {
-            for start in (0..scene.len()).step_by(self.chunk) {
-                let range = start..scene.len().min(start + self.chunk);
+            order = Order::new(scene, ranges.iter().cloned());
+            for range in ranges {
                 let buffer = self.guarded(|gpu| {
                     let buffer = gpu.executor.device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some("spheres"),
@@ -356,19 +373,19 @@ impl Gpu {
                         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                         mapped_at_creation: false,
                     });
-                    gpu.send_spheres(scene, fixed, range.clone(), &buffer);
+                    gpu.send_spheres(scene, fixed, &order, range.clone(), &buffer);
                     Ok(buffer)
                 })?;
                 self.uploads += range.len() as u64 * 16;
                 chunks.push(Chunk { range, buffer });
             }
         }
-        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks });
+        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks, order });
         Ok(())
     }
 
     /// Writes the records of a chunk, a part at a time, so that the host never holds a second copy of a large scene.
-    fn send_spheres(&self, scene: &Scene, fixed: &Fixed, range: Range<usize>, buffer: &wgpu::Buffer) {
+    fn send_spheres(&self, scene: &Scene, fixed: &Fixed, order: &Order, range: Range<usize>, buffer: &wgpu::Buffer) {
         const PART: usize = 1 << 20;
         let Executor { device, queue, .. } = &self.executor;
         let mut records = Vec::new();
@@ -378,8 +395,8 @@ impl Gpu {
             let Some(size) = NonZeroU64::new((part.len() * 16) as u64) else { continue };
             part.into_par_iter()
                 .with_min_len(1 << 12)
-                .map(|k| {
-                    let (block, at) = scene.locate(k);
+                .map(|place| {
+                    let (block, at) = scene.locate(order.index(place as u32) as usize);
                     fixed.record(block.center(at), block.radius(at))
                 })
                 .collect_into_vec(&mut records);

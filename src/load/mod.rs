@@ -1,7 +1,7 @@
 //! Files in: a scene file (TOML) and the NumPy arrays it names become a scene, a camera and an image size.
 //!
 //! Nothing is clamped, dropped or guessed: what has no picture is refused with the file, line, column and the fix.
-//! Only this module reads scenes; the command line and the window are its callers.
+//! Only this module reads files, parts of pictures ([`part()`]) included; the command line and the window are its callers.
 
 use std::{
     fs,
@@ -9,6 +9,7 @@ use std::{
     path::Path,
 };
 
+pub use part::part;
 pub use report::LoadError;
 
 use crate::{
@@ -19,6 +20,7 @@ use crate::{
 mod batches;
 mod document;
 mod npy;
+mod part;
 mod report;
 mod scene_file;
 

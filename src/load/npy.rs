@@ -139,20 +139,7 @@ impl Array {
     /// Reads the header of bytes that are already in memory.
     fn from_bytes(bytes: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Result<Self, NpyError> {
         let whole: &[u8] = (*bytes).as_ref();
-        let cut = NpyError::Format("the header is cut short");
-        let Some(rest) = whole.strip_prefix(b"\x93NUMPY") else {
-            return Err(NpyError::Format("it does not begin with \\x93NUMPY"));
-        };
-        let (header, offset) = match rest {
-            [1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 10),
-            [2 | 3, _, a, b, c, d, ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, 12),
-            [1..=3, ..] | [] => return Err(cut),
-            _ => return Err(NpyError::Format("its version is not 1, 2 or 3")),
-        };
-        let Some(header) = whole.get(offset..offset + header) else { return Err(cut) };
-        let offset = offset + header.len();
-        let header = std::str::from_utf8(header).map_err(|_| NpyError::Format("the header is not text"))?;
-
+        let (header, offset) = header_of(whole)?;
         let descr = value_of(header, "descr").and_then(quoted);
         let Some(descr) = descr else {
             return Err(match value_of(header, "descr") {
@@ -234,8 +221,26 @@ impl Array {
     }
 }
 
+/// The header's text, and where the numbers begin.
+pub(super) fn header_of(whole: &[u8]) -> Result<(&str, usize), NpyError> {
+    let cut = NpyError::Format("the header is cut short");
+    let Some(rest) = whole.strip_prefix(b"\x93NUMPY") else {
+        return Err(NpyError::Format("it does not begin with \\x93NUMPY"));
+    };
+    let (header, offset) = match rest {
+        [1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 10),
+        [2 | 3, _, a, b, c, d, ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, 12),
+        [1..=3, ..] | [] => return Err(cut),
+        _ => return Err(NpyError::Format("its version is not 1, 2 or 3")),
+    };
+    let Some(header) = whole.get(offset..offset + header) else { return Err(cut) };
+    let offset = offset + header.len();
+    let header = std::str::from_utf8(header).map_err(|_| NpyError::Format("the header is not text"))?;
+    Ok((header, offset))
+}
+
 /// What follows `'key':` in the header, a Python dict of literals.
-fn value_of<'a>(header: &'a str, key: &str) -> Option<&'a str> {
+pub(super) fn value_of<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     ['\'', '"'].into_iter().find_map(|quote| {
         let (_, rest) = header.split_once(&format!("{quote}{key}{quote}"))?;
         Some(rest.trim_start().strip_prefix(':')?.trim_start())
@@ -249,7 +254,7 @@ fn quoted(text: &str) -> Option<&str> {
 }
 
 /// The tuple of lengths at the start of a text; Python 2 wrote an L after each.
-fn tuple(text: &str) -> Option<Vec<usize>> {
+pub(super) fn tuple(text: &str) -> Option<Vec<usize>> {
     let (inside, _) = text.strip_prefix('(')?.split_once(')')?;
     let items = inside.split(',').map(|item| item.trim().trim_end_matches('L'));
     items.filter(|item| !item.is_empty()).map(|item| item.parse().ok()).collect()

@@ -22,6 +22,13 @@ use crate::{
     render::{Device, DrawError},
 };
 
+/// What is left without a display.
+const FIX: &str = "use `planisphere render`, which draws into a file and needs no display";
+
+/// What winit and softbuffer load when they open a window under X.
+const LIBRARIES: &str =
+    "on Debian and Ubuntu, apt-get install libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0";
+
 /// What a window is opened with.
 pub struct Start {
     /// What is seen, and from where at first.
@@ -38,8 +45,11 @@ pub struct Start {
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// Nothing to open a window on; says what was tried.
-    #[error("there is no display to open a window on: {0}\nfix: `planisphere render` draws into a file and needs none")]
+    #[error("there is no display to open a window on: {0}\nfix: {FIX}")]
     NoDisplay(String),
+    /// Libraries that talk to the display are missing; says what was tried.
+    #[error("the libraries that open a window are missing: {0}\nfix: {LIBRARIES}; or {FIX}")]
+    NoLibraries(String),
     /// There is a display, but the window could not be opened or filled.
     #[error("the window failed: {0}")]
     Window(String),
@@ -62,25 +72,22 @@ impl Display {
         panic::set_hook(Box::new(|_| {}));
         let opened = panic::catch_unwind(|| EventLoop::with_user_event().build());
         panic::set_hook(hook);
-        match opened {
-            Ok(Ok(event_loop)) => Ok(Self(event_loop)),
-            Ok(Err(error)) => {
-                let words = error.to_string();
-                // A system's error begins with the place in winit's source where it came up.
-                let words =
-                    words.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*words, |w| w.1);
-                Err(ViewError::NoDisplay(format!("{} ({})", tried(), words.trim_end_matches('.'))))
-            }
+        let words = match opened {
+            Ok(Ok(event_loop)) => return Ok(Self(event_loop)),
+            Ok(Err(error)) => error.to_string(),
             Err(payload) => {
                 let text = payload.downcast_ref::<String>().map(String::as_str);
-                let words = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
-                Err(ViewError::NoDisplay(format!(
-                    "{}, but what talks to it is missing ({words})\n\
-                     fix: on Debian and Ubuntu, apt-get install libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0",
-                    tried()
-                )))
+                text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no reason given").into()
             }
-        }
+        };
+        // A system's error begins with the place in winit's source where it came up.
+        let reason = words.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*words, |w| w.1);
+        let said = format!("{} ({})", tried(), reason.trim_end_matches('.'));
+        Err(if reason.to_lowercase().contains("librar") {
+            ViewError::NoLibraries(said)
+        } else {
+            ViewError::NoDisplay(said)
+        })
     }
 
     /// Shows the window until it is closed.

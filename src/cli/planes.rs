@@ -1,0 +1,220 @@
+//! The planes of a picture on their way out: PNG, ids, depths and what merging needs, band by band where the picture is
+//! so large that not even its ids should lie in memory.
+
+use std::time::Instant;
+
+use super::{Failure, args::Outputs, progress::Progress};
+use crate::{
+    camera::Region,
+    exact::decide::Truth,
+    frame::{self, Paint, PngFile, PngRows},
+    output::{OutputError, Staged, Target},
+    part::{
+        Meta, Pixel, Seen,
+        merge::MergeError,
+        write::{PartWriter, distance_bounds},
+    },
+    scene::Scene,
+};
+
+/// Pixels that are drawn at a time, at most: 8K is one band. The PNG of a larger picture is written before all of its colours
+/// are known, and so has no palette.
+pub(super) const BAND: usize = 1 << 25;
+
+/// What a picture is of.
+pub(super) struct Picture<'a> {
+    /// View, region, background, and which spheres of the whole there are.
+    pub meta: &'a Meta,
+    /// The spheres that ids are of.
+    pub scene: &'a Scene,
+    /// The decisions of the view.
+    pub truth: &'a Truth,
+    /// What the spheres are called outside.
+    pub indices: Indices<'a>,
+    /// Pixels that are wanted at a time; at most [`BAND`].
+    pub band: usize,
+}
+
+/// Indices of the spheres in the whole.
+pub(super) enum Indices<'a> {
+    /// In the scene's order, from the first on; arrays of ids are of the scene itself, from 0.
+    From {
+        /// In the whole.
+        first: u64,
+    },
+    /// One each, rising.
+    Each(&'a [u64]),
+}
+
+impl Indices<'_> {
+    fn of(&self, place: usize) -> u64 {
+        match self {
+            Self::From { first } => first + place as u64,
+            Self::Each(indices) => indices[place],
+        }
+    }
+}
+
+/// What was found at the pixels of a band.
+pub(super) struct Found {
+    /// Spheres of the scene, -1 for none.
+    pub ids: Vec<i32>,
+    /// Bounds of the distances, if they are known already.
+    pub bounds: Option<Vec<[f64; 2]>>,
+}
+
+/// Milliseconds of the steps here.
+#[derive(Default)]
+pub(super) struct Spent {
+    /// Distances.
+    pub depth: f64,
+    /// Planes to bytes.
+    pub encode: f64,
+}
+
+fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *total += start.elapsed().as_secs_f64() * 1e3;
+    result
+}
+
+/// Draws band by band, from the top, and writes what is wanted. Files get their names when they are committed.
+pub(super) fn write(
+    outputs: &Outputs,
+    picture: &Picture,
+    spent: &mut Spent,
+    mut draw: impl FnMut(Region) -> Result<Found, Failure>,
+) -> Result<Vec<Staged>, Failure> {
+    let Picture { meta, scene, truth, indices, band } = picture;
+    let region = meta.region;
+    let shape = [region.height as usize, region.width as usize];
+    let open = |target: &Option<Target>| target.clone().map(Target::open).transpose();
+    let or = |target: &Option<Target>| {
+        let target = target.clone().unwrap_or(Target::Stdout);
+        move |error| -> OutputError { target.io(error) }
+    };
+
+    // Ids that the reader knows: the scene's own, or those of the whole, with as many bytes as these take.
+    let wide = match indices {
+        Indices::From { .. } => false,
+        Indices::Each(_) => meta.last().is_some_and(|last| last > i32::MAX as u64),
+    };
+    let mut ids_sink = open(&outputs.ids)?;
+    if let Some(sink) = &mut ids_sink {
+        let header = frame::npy_header(if wide { "<i8" } else { "<i4" }, &shape);
+        std::io::Write::write_all(sink, &header).map_err(or(&outputs.ids))?;
+    }
+    let mut depth_sink = open(&outputs.depth)?;
+    if let Some(sink) = &mut depth_sink {
+        std::io::Write::write_all(sink, &frame::npy_header("<f4", &shape)).map_err(or(&outputs.depth))?;
+    }
+    let mut part_sink = open(&outputs.visibility)?;
+    let mut part = match &mut part_sink {
+        Some(sink) => Some((PartWriter::new(sink, meta).map_err(or(&outputs.visibility))?, Seen::new(scene.len()))),
+        None => None,
+    };
+    let paint = Paint { scene, background: meta.background };
+    let whole = region.pixels() <= BAND;
+    let mut png_sink = if whole { None } else { open(&outputs.picture)? };
+    let mut png = match &mut png_sink {
+        Some(sink) => Some(PngFile::new(sink, region).map_err(or(&outputs.picture))?),
+        None => None,
+    };
+    let mut rows = match &mut png {
+        Some(png) => Some(png.rows(paint).map_err(or(&outputs.picture))?),
+        None => None,
+    };
+    let mut all = Vec::new();
+
+    for band in bands(region, *band) {
+        let Found { ids, bounds } = draw(band)?;
+        if let Some(sink) = &mut depth_sink {
+            let _progress = Progress::step("working out depths");
+            let plane =
+                timed(&mut spent.depth, || frame::depths(scene, truth, band, &ids)).ok_or(MergeError::NotSeen)?;
+            timed(&mut spent.encode, || frame::numbers(sink, &plane, f32::to_le_bytes)).map_err(or(&outputs.depth))?;
+        }
+        let _progress = Progress::step("encoding");
+        if let Some((part, seen)) = &mut part {
+            seen.mark(&ids);
+            // Bounds take four times the memory of ids: some rows at a time.
+            for some in bands(band, 1 << 20) {
+                let start = (some.y - band.y) as usize * band.width as usize;
+                let place = start..start + some.pixels();
+                let found;
+                let bounds = match &bounds {
+                    Some(bounds) => &bounds[place.clone()],
+                    None => {
+                        found = timed(&mut spent.depth, || distance_bounds(scene, truth, some, &ids[place.clone()]));
+                        &found
+                    }
+                };
+                let id = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
+                let pixels = ids[place].iter().zip(bounds).map(|(&k, &bounds)| Pixel { id: id(k), bounds });
+                timed(&mut spent.encode, || part.pixels(pixels)).map_err(or(&outputs.visibility))?;
+            }
+        }
+        timed(&mut spent.encode, || -> Result<(), Failure> {
+            if let Some(sink) = &mut ids_sink {
+                match indices {
+                    Indices::From { .. } => frame::numbers(sink, &ids, i32::to_le_bytes),
+                    Indices::Each(_) => {
+                        let index = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
+                        match wide {
+                            true => {
+                                let ids: Vec<i64> = ids.iter().map(|&id| index(id)).collect();
+                                frame::numbers(sink, &ids, i64::to_le_bytes)
+                            }
+                            false => {
+                                let ids: Vec<i32> = ids.iter().map(|&id| index(id) as i32).collect();
+                                frame::numbers(sink, &ids, i32::to_le_bytes)
+                            }
+                        }
+                    }
+                }
+                .map_err(or(&outputs.ids))?;
+            }
+            if let Some(rows) = &mut rows {
+                rows.push(&ids).map_err(or(&outputs.picture))?;
+            } else if outputs.picture.is_some() {
+                // One band is the usual case, and is not copied.
+                if all.is_empty() {
+                    all = ids;
+                } else {
+                    all.extend(ids);
+                }
+            }
+            Ok(())
+        })?;
+    }
+
+    let (_progress, start) = (Progress::step("encoding"), Instant::now());
+    let mut staged = Vec::new();
+    if let (true, Some(target)) = (whole, &outputs.picture) {
+        staged.push(target.clone().stage(|out| frame::write_png(out, region, &all, &paint))?);
+    }
+    rows.map_or(Ok(()), PngRows::finish).map_err(or(&outputs.picture))?;
+    png.map_or(Ok(()), PngFile::finish).map_err(or(&outputs.picture))?;
+    let finish = |(part, seen): (PartWriter<_>, Seen)| {
+        part.finish(seen.iter().map(|place| (indices.of(place), scene.sphere(place))))
+    };
+    part.map_or(Ok(()), finish).map_err(or(&outputs.visibility))?;
+    for sink in [png_sink, ids_sink, depth_sink, part_sink].into_iter().flatten() {
+        staged.push(sink.finish()?);
+    }
+    spent.encode += start.elapsed().as_secs_f64() * 1e3;
+    Ok(staged)
+}
+
+/// A region in bands of whole rows, of at most so many pixels where a row is not more.
+fn bands(region: Region, pixels: usize) -> impl Iterator<Item = Region> {
+    // Tiles of 64 rows or less are not cut, so that none is drawn twice.
+    let rows = (pixels / region.width as usize).max(1);
+    let rows = if rows >= 64 { rows / 64 * 64 } else { rows } as u32;
+    (region.y..region.y + region.height).step_by(rows as usize).map(move |y| Region {
+        y,
+        height: rows.min(region.y + region.height - y),
+        ..region
+    })
+}

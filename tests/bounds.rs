@@ -1,0 +1,573 @@
+//! Every bound of the f64 filter, measured: the same expressions that the devices run, against 100-bit arithmetic, whose own
+//! error is nothing here (its bounds are measured in src/exact/dd.rs against integers).
+//!
+//! For each quantity a search looks for the input with the largest error over its bound: climbs from random starts, with
+//! spheres near and far, small and large, on axes that are rational and on such that are not. The largest ratio must be above
+//! 1/8 and at most 1. So a bound that does not hold fails, and so does one that could be eight times smaller: no bound here
+//! can be divided by eight without a test that says so.
+//!
+//! `cargo test --release --test bounds -- --nocapture` prints the ratios. Seeds are fixed; a failure prints its input.
+
+#[path = "corpus/random.rs"]
+#[expect(dead_code, reason = "shared with the corpus, which uses the rest")]
+mod random;
+
+use glam::DVec3;
+use planisphere::{
+    bins::{APART, Binner, EDGE},
+    camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
+    exact::{axes::Axis, dd::Bounded, decide::Truth},
+    filter::{BACK, Margins, PLANE, Row, length},
+    project::{MARGIN, Projected, Projector, REACH, SLOPE, slopes},
+    scene::{Scene, Sphere},
+};
+use random::Random;
+
+/// Climbs from each camera, and inputs of one.
+const CLIMBS: usize = 6;
+const STEPS: usize = 8000;
+
+/// The ratio that a bound has to reach.
+const LEAST: f64 = 1.0 / 8.0;
+
+fn exact(value: f64) -> Bounded {
+    Bounded::exact(value)
+}
+
+/// A computed number less the exact one.
+fn error(computed: f64, truth: Bounded) -> f64 {
+    (exact(computed) - truth).value()
+}
+
+/// A camera and what the filter makes of it.
+struct Stage {
+    view: View,
+    truth: Truth,
+    projector: Projector,
+    axes: [[Bounded; 3]; 3],
+    perspective: bool,
+}
+
+/// An input of the search: a sphere and a pixel.
+#[derive(Clone, Copy, Debug)]
+struct Input {
+    center: DVec3,
+    radius: f64,
+    column: u32,
+    row: u32,
+}
+
+/// The exact numbers of an input.
+struct Exact {
+    x: Bounded,
+    y: Bounded,
+    z: Bounded,
+    r: Bounded,
+    sx: Bounded,
+    sy: Bounded,
+    a: Bounded,
+    q: Bounded,
+    b: Bounded,
+}
+
+impl Stage {
+    fn new(camera: Camera, image: ImageSize) -> Self {
+        camera.check().expect("a camera");
+        let view = View::new(camera, image);
+        // Bounds that need no scaling.
+        let ball = Sphere { center: DVec3::ONE, radius: 1.0, color: [0; 3] };
+        let truth = Truth::new(&view, Scene::from_spheres(&[ball]).expect("a scene").bounds());
+        assert_eq!(truth.scale(), 1.0);
+        let mut projector = Projector::new(&truth, Region::whole(image));
+        // Every sphere's own bounds; the short cut for most is compared with them where it is made.
+        projector.screen.plain = f64::INFINITY;
+        let pairs = |axis: Axis| [0, 1, 2].map(|k| Bounded::pair(axis.high[k], axis.low[k], Axis::ERROR));
+        let axes = truth.axes();
+        let axes = [axes.right, axes.up, axes.forward].map(pairs);
+        Self { view, truth, projector, axes, perspective: camera.projection == Projection::Perspective }
+    }
+
+    fn exact(&self, input: Input) -> Exact {
+        let origin = self.view.camera.origin;
+        let f = [0, 1, 2].map(|k| Bounded::difference(input.center[k], origin[k]));
+        let [x, y, z] = self.axes.map(|axis| f[0] * axis[0] + f[1] * axis[1] + f[2] * axis[2]);
+        let sample = |odd: i32, length: f64, divisor: u32| Bounded::ratio(odd.into(), length, 2.0 * f64::from(divisor));
+        let View { pitch_x, pitch_y, .. } = self.view;
+        let sx = sample(self.view.odd_x(input.column), pitch_x.length, pitch_x.divisor);
+        let sy = sample(self.view.odd_y(input.row), pitch_y.length, pitch_y.divisor);
+        let r = exact(input.radius);
+        let (a, q, b);
+        if self.perspective {
+            a = exact(1.0) + sx.square() + sy.square();
+            let (n, m) = (z * sx - x, y - z * sy);
+            let k = n * sy + m * sx;
+            (q, b) = (a * r.square() - (n.square() + m.square() + k.square()), x * sx + y * sy + z);
+        } else {
+            a = exact(1.0);
+            (q, b) = (r.square() - (sx - x).square() - (sy - y).square(), z);
+        }
+        Exact { x, y, z, r, sx, sy, a, q, b }
+    }
+
+    /// A sphere whose middle is so far from a pixel's ray, at about this depth.
+    fn near_ray(&self, random: &mut Random, [depth, radius, apart]: [f64; 3]) -> Input {
+        let column = random.below(self.view.image.width.into()) as u32;
+        let row = random.below(self.view.image.height.into()) as u32;
+        let ray = self.view.ray(column, row);
+        let off = ray.direction.cross(random.ball()).normalize() * apart;
+        Input { center: ray.origin + depth * ray.direction + off, radius, column, row }
+    }
+}
+
+/// Cameras on rational and on irrational axes, at the origin and far from it, with a narrow and a wide view.
+fn stages(random: &mut Random, projection: Projection) -> Vec<Stage> {
+    let views = [DVec3::X, DVec3::new(3.0, 4.0, 0.0), DVec3::new(1.0, 1.3, -0.7), DVec3::new(-1.0, 2.0, 3.0)];
+    let mut stages = Vec::new();
+    for view in views {
+        for (origin, reach) in [(0.0, 0.3), (10.0, 3.0), (1e3, 30.0)] {
+            let mut camera = Camera::orthographic(random.ball() * origin, view);
+            camera.projection = projection;
+            // Of a perspective camera: opening angles of 1 to 90 degrees each way.
+            let side = if projection == Projection::Perspective { [0.02, 0.5, 2.0][stages.len() % 3] } else { reach };
+            camera.size = ScreenSize::Both { width: side * random.between(0.5, 1.0), height: side };
+            stages.push(Stage::new(camera, ImageSize { width: 97, height: 61 }));
+        }
+    }
+    stages
+}
+
+/// A neighbour of an input: one number moved by a random part of itself, or another pixel.
+fn neighbour(random: &mut Random, stage: &Stage, input: Input) -> Input {
+    let mut next = input;
+    let nudge = |random: &mut Random, value: f64| {
+        let bits = random.below(53) as i32;
+        value + value * random.between(-1.0, 1.0) * 2f64.powi(-bits)
+    };
+    for _ in 0..=random.below(2) {
+        match random.below(8) {
+            k @ 0..3 => next.center[k as usize] = nudge(random, next.center[k as usize]),
+            3 => next.radius = nudge(random, next.radius).abs().max(1e-30),
+            4 => {
+                let step = random.ball() * next.radius * 2f64.powi(-(random.below(20) as i32));
+                next.center += step;
+            }
+            5 => next.column = random.below(stage.view.image.width.into()) as u32,
+            6 => next.row = random.below(stage.view.image.height.into()) as u32,
+            _ => {
+                let step = stage.view.ray(next.column, next.row).direction * next.radius;
+                next.center += step * random.between(-2.0, 2.0);
+            }
+        }
+    }
+    if random.bits() & 1 == 0 {
+        // The ray at the silhouette, as it may have been before.
+        let ray = stage.view.ray(next.column, next.row);
+        let apart = (next.center - ray.origin).reject_from(ray.direction).length();
+        next.radius = (apart * (1.0 + random.power(-6.0, -2.0))).max(1e-30);
+    }
+    next
+}
+
+/// The largest value of `ratio` that climbs find; fails where it is above 1.
+fn climb(
+    name: &str,
+    projection: Projection,
+    seed: u64,
+    ranges: impl Fn(&mut Random) -> [f64; 3],
+    ratio: impl Fn(&Stage, Input, &Exact) -> Option<f64>,
+) {
+    let mut random = Random::new(seed);
+    let (mut worst, mut measured) = (0.0, 0u64);
+    for stage in stages(&mut random, projection) {
+        let mut measure = |input: Input| {
+            let value = ratio(&stage, input, &stage.exact(input))?;
+            measured += 1;
+            assert!(
+                value <= 1.0,
+                "{name}: {value} times the bound (seed {seed}) at {input:?}, camera {:?}",
+                stage.view
+            );
+            Some(value)
+        };
+        for _ in 0..CLIMBS {
+            let start = ranges(&mut random);
+            let mut best = (0.0, stage.near_ray(&mut random, start));
+            for step in 0..STEPS {
+                // A third of it as random as it comes.
+                let next = if step < STEPS / 3 {
+                    let start = ranges(&mut random);
+                    stage.near_ray(&mut random, start)
+                } else {
+                    neighbour(&mut random, &stage, best.1)
+                };
+                if let Some(value) = measure(next)
+                    && value >= best.0
+                {
+                    best = (value, next);
+                }
+            }
+            worst = f64::max(worst, best.0);
+        }
+    }
+    println!("{name}, {projection:?}: {worst:.3} of the bound, {measured} inputs");
+    assert!(measured > 1000, "{name}: only {measured} inputs were of use");
+    assert!(
+        worst > LEAST,
+        "{name}, {projection:?}: the largest error is {worst} of the bound (seed {seed}): too loose"
+    );
+}
+
+const BOTH: [Projection; 2] = [Projection::Orthographic, Projection::Perspective];
+
+/// Depth, radius, distance from the ray: radii from 1e-9 to 1e3, depths of up to 1e10 of them, within `apart` of the ray.
+fn wide(apart: f64) -> impl Fn(&mut Random) -> [f64; 3] {
+    move |random| {
+        let radius = random.power(-9.0, 3.0);
+        [radius * random.power(-2.0, 10.0), radius, random.unit() * apart * radius]
+    }
+}
+
+/// Rays in the outermost part of a sphere's disc: half chords of 2^-9 to 2^-5 radii.
+fn silhouette(random: &mut Random) -> [f64; 3] {
+    let (radius, chord) = (random.power(-9.0, 3.0), random.power(-2.7, -1.5));
+    [radius * random.power(-2.0, 10.0), radius, radius * (1.0 - chord * chord).sqrt()]
+}
+
+fn projected(stage: &Stage, input: Input) -> Projected {
+    stage.projector.project(input.center, input.radius)
+}
+
+fn margins(stage: &Stage, s: &Projected) -> Margins {
+    match stage.perspective {
+        true => Margins::new::<true>(s, stage.projector.screen),
+        false => Margins::new::<false>(s, stage.projector.screen),
+    }
+}
+
+/// `q`, `b`, and whether the margins are those of a vague sphere.
+fn meet(stage: &Stage, input: Input) -> (Margins, f64, f64) {
+    let s = projected(stage, input);
+    let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+    let (q, b) = match stage.perspective {
+        true => Row::new::<true>(&s, sy).meet::<f64, true>(sx),
+        false => Row::new::<false>(&s, sy).meet::<f64, false>(sx),
+    };
+    (margins(stage, &s), q, b)
+}
+
+#[test]
+fn position() {
+    for projection in BOTH {
+        climb("position", projection, 1, wide(3.0), |stage, input, e| {
+            let s = projected(stage, input);
+            let off = [(s.x, e.x), (s.y, e.y), (s.z, e.z)].map(|(c, t)| error(c, t).abs());
+            Some(off.into_iter().fold(0.0, f64::max) / s.bound())
+        });
+    }
+}
+
+/// `z - r - P` is not behind the sphere's nearest point, and `z + r + P` not before its farthest.
+#[test]
+fn nearest_and_farthest() {
+    climb("nearest", Projection::Orthographic, 2, wide(3.0), |stage, input, e| {
+        let s = projected(stage, input);
+        Some(1.0 + error(s.nearest(), e.z - e.r) / s.bound())
+    });
+    climb("farthest", Projection::Orthographic, 3, wide(3.0), |stage, input, e| {
+        let s = projected(stage, input);
+        Some(1.0 - error(s.z + s.r + s.bound(), e.z + e.r) / s.bound())
+    });
+}
+
+/// `E`, as long as the ray passes within 1.02 radii; and farther out `q < -E` for certain.
+#[test]
+fn doubt() {
+    for projection in BOTH {
+        climb("doubt", projection, 4, wide(1.2), |stage, input, e| {
+            let (m, q, _) = meet(stage, input);
+            if m.doubt == f64::INFINITY {
+                return None;
+            }
+            if (e.q + exact(0.04) * e.a * e.r.square()).value() > 0.0 {
+                return Some(error(q, e.q).abs() / m.doubt);
+            }
+            assert!(q < -m.doubt, "farther out: {q:e} against {:e} at {input:?}", m.doubt);
+            None
+        });
+    }
+}
+
+/// `W`: depths of solid hits.
+#[test]
+fn width() {
+    for projection in BOTH {
+        climb("width", projection, 5, silhouette, |stage, input, e| {
+            let (m, q, b) = meet(stage, input);
+            if !(q > m.solid) {
+                return None;
+            }
+            assert!(e.q.value() > 0.0, "a solid hit that is none: {input:?}");
+            let (root, y) = (q.sqrt(), [e.b - e.q.sqrt(), e.b + e.q.sqrt()]);
+            let ends = [(b - root, y[0]), (b + root, y[1])].map(|(depth, y)| {
+                // Each end of the interval, as it is rounded.
+                (error(depth - m.width, y) / m.width + 1.0).max(1.0 - error(depth + m.width, y) / m.width)
+            });
+            Some(ends[0].max(ends[1]))
+        });
+    }
+}
+
+/// A hit that is not solid begins no nearer than `b - rim`; vague spheres too.
+#[test]
+fn rim() {
+    for projection in BOTH {
+        let ratio = |vague: bool| {
+            move |stage: &Stage, input: Input, e: &Exact| {
+                let (m, q, b) = meet(stage, input);
+                if q > m.solid || (m.doubt == f64::INFINITY) != vague || e.q.value() < 0.0 {
+                    return None;
+                }
+                // As it is rounded: 1 where it touches the depth.
+                Some(1.0 + error(b - m.rim, e.b - e.q.sqrt()) / m.rim)
+            }
+        };
+        // Near the silhouette, where hits are not solid.
+        let rim = |random: &mut Random| {
+            let radius = random.power(-6.0, 0.0);
+            [radius * random.power(8.0, 12.0), radius, radius * random.between(0.99, 1.0)]
+        };
+        climb("rim", projection, 6, rim, ratio(false));
+        // So far away that nothing is certain.
+        let vague = |random: &mut Random| {
+            let radius = random.power(-9.0, -6.0);
+            [radius * random.power(14.0, 17.0), radius, radius * random.unit()]
+        };
+        climb("rim of vague spheres", projection, 7, vague, ratio(true));
+    }
+}
+
+/// Depths times `a`, and back.
+#[test]
+fn depths_of_the_screen() {
+    climb("a plane's depth", Projection::Perspective, 8, wide(1.0), |stage, input, e| {
+        let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+        let plane = input.radius;
+        let y = plane * length(sx, sy);
+        let low = -error(y * (1.0 - PLANE), exact(plane) * e.a);
+        let high = error(y * (1.0 + PLANE), exact(plane) * e.a);
+        Some(1.0 - low.min(high) / (y * PLANE))
+    });
+    climb("y back to t", Projection::Perspective, 9, wide(1.0), |stage, input, e| {
+        let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+        let y = input.radius;
+        // As in `PaintTile::freshen`.
+        let depth = y / length(sx, sy);
+        let t = depth + depth.abs() * BACK;
+        // t >= y / a, times a.
+        Some(1.0 - (exact(t) * e.a - exact(y)).value() / (y * BACK))
+    });
+}
+
+/// Tangents through the eye.
+#[test]
+fn tangents() {
+    let mut random = Random::new(10);
+    let mut worst = [0.0f64; 2];
+    for _ in 0..400_000 {
+        let z = random.power(-3.0, 3.0);
+        let r = z * random.power(-6.0, 0.0).min(1.0 - random.power(-12.0, -0.1));
+        let x = random.power(-3.0, 3.0) * if random.bits() & 1 == 0 { 1.0 } else { -1.0 };
+        if !(z > r) {
+            continue;
+        }
+        let [low, high] = slopes(x, z, r);
+        let (bx, bz, br) = (exact(x), exact(z), exact(r));
+        let square = (bz - br) * (bz + br);
+        let across = br * (bx.square() + square).sqrt();
+        // Both sides times z^2 - r^2.
+        let size = SLOPE * ((x * z).abs() + across.value());
+        let ratios = [
+            1.0 + (exact(low) * square - (bx * bz - across)).value() / size,
+            1.0 - (exact(high) * square - (bx * bz + across)).value() / size,
+        ];
+        for (worst, ratio) in worst.iter_mut().zip(ratios) {
+            assert!(ratio <= 1.0, "tangent of {x:e} {z:e} {r:e}: {ratio} times the bound (seed 10)");
+            *worst = worst.max(ratio);
+        }
+    }
+    println!("tangents: {worst:.3?} of the bound");
+    assert!(worst.iter().all(|&w| w > LEAST), "{worst:?}");
+}
+
+/// Sides of footprints hold the sphere's, each within its widening.
+#[test]
+fn footprints() {
+    let sides = |stage: &Stage, input: Input, e: &Exact| {
+        let s = projected(stage, input);
+        let [x, y] = match stage.perspective {
+            true => stage.projector.extent::<true>(&s),
+            false => stage.projector.extent::<false>(&s),
+        };
+        let View { pitch_x, pitch_y, image, .. } = stage.view;
+        // From pixels to lengths.
+        let screen = |at: f64, count: u32, length: f64, divisor: u32| {
+            (exact(at) - exact(0.5 * (f64::from(count) - 1.0))) * Bounded::ratio(1.0, length, divisor.into())
+        };
+        let column = |at: f64| screen(at, image.width, pitch_x.length, pitch_x.divisor);
+        let row = |at: f64| -screen(at, image.height, pitch_y.length, pitch_y.divisor);
+        let widening = [pitch_x, pitch_y].map(|p| REACH * s.bound() + MARGIN * p.to_f64());
+        // How far each side lies outside the sphere's.
+        [
+            ((column(x[0]), -1.0, e.x, x[0]), widening[0]),
+            ((column(x[1]), 1.0, e.x, x[1]), widening[0]),
+            ((row(y[0]), 1.0, e.y, y[0]), widening[1]),
+            ((row(y[1]), -1.0, e.y, y[1]), widening[1]),
+        ]
+    };
+    let seen = |at: f64| (-1.0..32768.0).contains(&at);
+    climb("footprint", Projection::Orthographic, 11, wide(2.0), |stage, input, e| {
+        let mut worst = None;
+        for ((side, sign, middle, at), widening) in sides(stage, input, e) {
+            if seen(at) {
+                let outside = exact(sign) * (side - (middle + exact(sign) * e.r));
+                let ratio = 1.0 - outside.value() / widening;
+                worst = Some(ratio.max(worst.unwrap_or(0.0)));
+            }
+        }
+        worst
+    });
+    // Perspective: the lines through the sides pass the sphere. Its own error is in `tangents`.
+    climb("footprint", Projection::Perspective, 12, wide(2.0), |stage, input, e| {
+        let mut worst = None;
+        let pitch = stage.view.pitch_x.to_f64();
+        for ((slope, sign, middle, at), _) in sides(stage, input, e) {
+            if seen(at) {
+                let length = (exact(1.0) + slope.square()).sqrt();
+                let outside = exact(sign) * (slope * e.z - middle) - e.r * length;
+                // The widening of the sphere, and that in pixels at the depth of the middle.
+                let widening = length.value() * REACH * projected(stage, input).bound() + MARGIN * pitch * e.z.value();
+                let ratio = 1.0 - outside.value() / widening;
+                worst = Some(ratio.max(worst.unwrap_or(0.0)));
+            }
+        }
+        worst
+    });
+    // Pixels whose place rounds: large pictures, small spheres about the camera's axis.
+    let mut random = Random::new(13);
+    let mut worst = 0.0f64;
+    for _ in 0..200 {
+        let mut camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
+        camera.size = ScreenSize::Width(random.between(1.0, 2.0));
+        let stage = Stage::new(camera, ImageSize { width: 32768, height: 1 });
+        for _ in 0..1000 {
+            let center = DVec3::new(0.0, random.between(-1.0, 1.0), 0.0) * 1e-3;
+            let input = Input { center, radius: random.between(1e-5, 1e-3), column: 0, row: 0 };
+            let e = stage.exact(input);
+            for ((side, sign, middle, at), widening) in &sides(&stage, input, &e)[..2] {
+                let outside = exact(*sign) * (*side - (*middle + exact(*sign) * e.r));
+                let ratio = 1.0 - outside.value() / widening;
+                assert!(ratio <= 1.0, "footprint in a large picture: {ratio} at {at}, {input:?} (seed 13)");
+                worst = worst.max(ratio);
+            }
+        }
+    }
+    println!("footprint in a large picture: {worst:.3} of the bound");
+    assert!(worst > LEAST, "{worst}");
+}
+
+/// A tile is left out for a sphere only if it lies outside the disc.
+#[test]
+fn misses() {
+    let mut random = Random::new(14);
+    let mut worst = 0.0f64;
+    for stage in stages(&mut random, Projection::Orthographic) {
+        let scene = Scene::from_spheres(&[Sphere { center: DVec3::ONE, radius: 1.0, color: [0; 3] }]).expect("a scene");
+        let binner = Binner::new(&scene, &stage.truth, Region::whole(stage.view.image), 4);
+        for _ in 0..4000 {
+            let radius = random.power(-9.0, 1.0);
+            let depth = radius * random.power(-2.0, 10.0);
+            let apart = radius * random.between(0.0, 3.0);
+            let mut input = stage.near_ray(&mut random, [depth, radius, apart]);
+            let (column, row) = (input.column >> 4, input.row >> 4);
+            // The greatest radius at which the tile is left out.
+            let misses = |radius: f64| {
+                let s = projected(&stage, Input { radius, ..input });
+                binner.misses(&s, column as i32, row as i32)
+            };
+            if !misses(1e-300) {
+                continue;
+            }
+            let (mut low, mut high) = (1e-300f64.to_bits(), 1e300f64.to_bits());
+            while high - low > 1 {
+                let middle = low + (high - low) / 2;
+                if misses(f64::from_bits(middle)) { low = middle } else { high = middle }
+            }
+            input.radius = f64::from_bits(low);
+            // The exact distance of the tile's nearest sample.
+            let apart = |k: usize, first: u32, count: u32| {
+                let last = (first * 16 + 15).min(count - 1);
+                [first * 16, last].map(|at| {
+                    let e =
+                        stage.exact(if k == 0 { Input { column: at, ..input } } else { Input { row: at, ..input } });
+                    if k == 0 { e.sx - e.x } else { e.sy - e.y }
+                })
+            };
+            let nearest = |[first, last]: [Bounded; 2]| {
+                if first.value() * last.value() <= 0.0 {
+                    Bounded::ZERO
+                } else if first.value().abs() < last.value().abs() {
+                    first
+                } else {
+                    last
+                }
+            };
+            let dx = nearest(apart(0, column, stage.view.image.width));
+            let dy = nearest(apart(1, row, stage.view.image.height));
+            let distance = (dx.square() + dy.square()).sqrt();
+            let room = APART * projected(&stage, input).bound();
+            let ratio = 1.0 - (distance - exact(input.radius)).value() / room;
+            assert!(ratio <= 1.0, "tile {column} {row}: {ratio} times the bound (seed 14) at {input:?}");
+            worst = worst.max(ratio);
+        }
+    }
+    println!("misses: {worst:.3} of the bound");
+    assert!(worst > LEAST, "{worst}");
+}
+
+/// Nothing in a slab begins before its start.
+#[test]
+fn slabs() {
+    let mut random = Random::new(15);
+    let mut worst = 0.0f64;
+    for _ in 0..40 {
+        // Many spheres, so that there are many slabs.
+        let (near, deep) = (random.power(-3.0, 3.0), random.power(-3.0, 3.0));
+        let spheres: Vec<Sphere> = (0..16_384)
+            .map(|k| {
+                let center = DVec3::new(near + deep * f64::from(k) / 16_384.0, 0.0, 0.0);
+                Sphere { center, radius: deep * 1e-3, color: [0; 3] }
+            })
+            .collect();
+        let scene = Scene::from_spheres(&spheres).expect("a scene");
+        let view = View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), ImageSize { width: 64, height: 64 });
+        let truth = Truth::new(&view, scene.bounds());
+        let grid = Binner::new(&scene, &truth, Region::whole(view.image), 5).grid;
+        assert!(grid.slabs > 8);
+        for slab in 1..grid.slabs {
+            // The least depth that goes there; all are positive here.
+            let (mut low, mut high) = (0u64, f64::MAX.to_bits());
+            while high - low > 1 {
+                let middle = low + (high - low) / 2;
+                if grid.slab(f64::from_bits(middle)) < slab { low = middle } else { high = middle }
+            }
+            let least = f64::from_bits(high);
+            let start = grid.slab_start(slab);
+            assert!(start <= least, "slab {slab} of {grid:?} starts at {start:e}, after {least:e} (seed 15)");
+            // As in `slab_start`.
+            let margin = EDGE * (start - grid.start + start);
+            worst = worst.max(1.0 - (least - start) / margin);
+        }
+    }
+    println!("slabs: {worst:.3} of the bound");
+    assert!(worst > LEAST, "{worst}");
+}

@@ -1,0 +1,515 @@
+//! Parts of pictures, merged, are the whole, byte for byte: every scene of the stress corpus, and some of no pattern, in parts of its spheres, of its
+//! picture, and of both, in any order; and the command line with its messages.
+
+mod corpus;
+
+use std::{
+    fmt::Write as _,
+    fs,
+    ops::Range,
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+use corpus::{Case, fuzz::fuzz, random::Random};
+use glam::DVec3;
+use planisphere::{
+    camera::{Projection, Region, View},
+    exact::decide::Truth,
+    frame::{Paint, depth_plane, depths, write_png},
+    load,
+    part::{
+        Meta, Part, Pixel, Seen,
+        merge::{Merge, MergeError},
+        write::{PartWriter, distance_bounds},
+    },
+    render::{Device, DeviceChoice},
+    scene::{Scene, Sphere},
+};
+
+const BACKGROUND: [u8; 3] = [1, 2, 3];
+
+/// Draws some spheres of a scene in a region, as `render --visibility --first-index` does, and reads the part back.
+fn draw_part(
+    folder: &Path,
+    device: &mut Device,
+    scene: &Scene,
+    view: &View,
+    range: Range<usize>,
+    region: Region,
+) -> Part {
+    let spheres: Vec<Sphere> = range.clone().map(|k| scene.sphere(k)).collect();
+    let own = Scene::from_spheres(&spheres).unwrap();
+    let ids = device.draw(&own, view, region).unwrap().ids;
+    let meta = Meta {
+        view: *view,
+        region,
+        background: BACKGROUND,
+        ranges: if range.is_empty() { vec![] } else { vec![range.start as u64..range.end as u64] },
+        bounds: (!range.is_empty()).then(|| own.bounds()),
+    };
+    let bounds = distance_bounds(&own, &Truth::new(view, own.bounds()), region, &ids);
+    let mut seen = Seen::new(own.len());
+    seen.mark(&ids);
+    let global = |id: i32| if id < 0 { -1 } else { i64::from(id) + range.start as i64 };
+    let mut bytes = Vec::new();
+    let mut writer = PartWriter::new(&mut bytes, &meta).unwrap();
+    writer.pixels(ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
+    writer.finish(seen.iter().map(|k| ((range.start + k) as u64, own.sphere(k)))).unwrap();
+    read(folder, &bytes)
+}
+
+fn read(folder: &Path, bytes: &[u8]) -> Part {
+    let path = folder.join("part.npz");
+    // A new file each time: the last one stays mapped.
+    let _ = fs::remove_file(&path);
+    fs::write(&path, bytes).unwrap();
+    load::part(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Merges parts into a part.
+fn again(folder: &Path, parts: &[Part]) -> Part {
+    let merge = Merge::new(parts, None).unwrap_or_else(|error| panic!("{error}"));
+    let meta = merge.meta();
+    let band = merge.band(meta.region).unwrap();
+    let mut seen = Seen::new(merge.scene().len());
+    seen.mark(&band.ids);
+    let global = |id: i32| usize::try_from(id).map_or(-1, |k| merge.indices()[k] as i64);
+    let mut bytes = Vec::new();
+    let mut writer = PartWriter::new(&mut bytes, meta).unwrap();
+    writer.pixels(band.ids.iter().zip(band.bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
+    writer.finish(seen.iter().map(|k| (merge.indices()[k], merge.scene().sphere(k)))).unwrap();
+    read(folder, &bytes)
+}
+
+/// Cuts of `0..n` into `count` runs, some of them perhaps empty.
+fn cuts(random: &mut Random, n: usize, count: usize) -> Vec<Range<usize>> {
+    let mut ends: Vec<usize> = (1..count).map(|_| random.below(n as u64 + 1) as usize).chain([0, n]).collect();
+    ends.sort_unstable();
+    ends.windows(2).map(|pair| pair[0]..pair[1]).collect()
+}
+
+/// A region in up to four, cut across and down.
+fn quarters(random: &mut Random, whole: Region) -> Vec<Region> {
+    let mut parts = Vec::new();
+    for down in cuts(random, whole.height as usize, 2) {
+        for across in cuts(random, whole.width as usize, 2) {
+            if !down.is_empty() && !across.is_empty() {
+                parts.push(Region {
+                    x: across.start as u32,
+                    y: down.start as u32,
+                    width: across.len() as u32,
+                    height: down.len() as u32,
+                });
+            }
+        }
+    }
+    parts
+}
+
+/// Draws a case in parts, of a kind that is told by `way`.
+fn parts_of(folder: &Path, device: &mut Device, case: &Case, way: usize, random: &mut Random) -> Vec<Part> {
+    let Case { scene, view, .. } = case;
+    let whole = Region::whole(view.image);
+    let mut parts = Vec::new();
+    match way {
+        // Four parts of the spheres.
+        0 => {
+            for range in cuts(random, scene.len(), 4) {
+                parts.push(draw_part(folder, device, scene, view, range, whole));
+            }
+        }
+        // Four parts of the picture.
+        1 => {
+            for region in quarters(random, whole) {
+                parts.push(draw_part(folder, device, scene, view, 0..scene.len(), region));
+            }
+        }
+        // Both, the spheres cut in other places everywhere.
+        2 => {
+            for region in quarters(random, whole) {
+                for range in cuts(random, scene.len(), 3) {
+                    parts.push(draw_part(folder, device, scene, view, range, region));
+                }
+            }
+        }
+        // A tree: parts of the spheres, first each with one that is no neighbour.
+        _ => {
+            let mut leaves: Vec<Part> = cuts(random, scene.len(), 4)
+                .into_iter()
+                .map(|range| draw_part(folder, device, scene, view, range, whole))
+                .collect();
+            leaves.swap(1, 2);
+            let last = leaves.split_off(2);
+            parts.extend([again(folder, &leaves), again(folder, &last)]);
+        }
+    }
+    for k in (1..parts.len()).rev() {
+        parts.swap(k, random.below(k as u64 + 1) as usize);
+    }
+    parts
+}
+
+#[test]
+fn pictures_in_parts_are_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
+    let mut gpu = Device::open(&DeviceChoice::Gpu).unwrap_or_else(|error| panic!("{error}"));
+    let mut random = Random::new(11);
+    let (mut ties, mut exact, mut pixels) = (0, 0, 0);
+    let cases = corpus::corpus().into_iter().chain((0..200).map(fuzz));
+    for (number, case) in cases.enumerate() {
+        let case = &case;
+        let Case { name, scene, view } = case;
+        let whole = Region::whole(view.image);
+        let ids = cpu.draw(scene, view, whole).unwrap().ids;
+        let depth = depth_plane(scene, view, whole, &ids);
+        let device = if number % 12 == 0 { &mut gpu } else { &mut cpu };
+        let parts = parts_of(folder.path(), device, case, number % 4, &mut random);
+        let merge = Merge::new(&parts, Some(whole)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        merge.check_gaps().unwrap_or_else(|error| panic!("{name}: {error}"));
+        // In two bands, where there are two rows.
+        let top = Region { height: whole.height.div_ceil(2), ..whole };
+        let rest = Region { y: top.height, height: whole.height - top.height, ..whole };
+        let mut local = merge.band(top).unwrap().ids;
+        if rest.height > 0 {
+            let band = merge.band(rest).unwrap();
+            local.extend(band.ids);
+            ties += band.ties.pairs;
+            exact += band.ties.exact;
+        }
+        let merged: Vec<i32> =
+            local.iter().map(|&k| usize::try_from(k).map_or(-1, |k| merge.indices()[k] as i32)).collect();
+        assert!(merged == ids, "{name}: {} wrong pixels", merged.iter().zip(&ids).filter(|(a, b)| a != b).count());
+        let again = depths(merge.scene(), merge.truth(), whole, &local).unwrap();
+        let bits = |plane: &[f32]| plane.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
+        assert!(bits(&again) == bits(&depth), "{name}: other depths");
+        let png = |scene: &Scene, ids: &[i32]| {
+            let mut bytes = Vec::new();
+            write_png(&mut bytes, whole, ids, &Paint { scene, background: BACKGROUND }).unwrap();
+            bytes
+        };
+        assert!(png(scene, &ids) == png(merge.scene(), &local), "{name}: other pictures");
+        pixels += ids.len();
+    }
+    println!("{pixels} pixels; {ties} pairs were too close for their bounds, {exact} signs took long integers");
+    assert!(ties > 1000, "the corpus has near ties");
+}
+
+/// Bounds hold the truth and are narrow: as wide as the docs say.
+#[test]
+fn bounds_are_narrow() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
+    let spheres = [corpus::ball([5.0, 0.0, 0.0], 2.0), corpus::ball([6.0, 1.5, 0.0], 2.5)];
+    let scene = corpus::scene(&spheres);
+    let look = corpus::Look { at: DVec3::X * 5.0, view: DVec3::X, distance: 5.0, height: 5.0 };
+    for (projection, _) in corpus::BOTH {
+        let view = View::new(look.camera(projection), corpus::pixels(9, 9));
+        let whole = Region::whole(view.image);
+        let part = draw_part(folder.path(), &mut cpu, &scene, &view, 0..2, whole);
+        let band = Merge::new(std::slice::from_ref(&part), None).unwrap().band(whole).unwrap();
+        let mut hits = 0;
+        for (at, &[low, high]) in band.bounds.iter().enumerate() {
+            if band.ids[at] < 0 {
+                assert_eq!([low, high], [f64::INFINITY; 2]);
+                continue;
+            }
+            hits += 1;
+            let ray = view.ray(at as u32 % 9, at as u32 / 9);
+            let sphere = spheres[band.ids[at] as usize];
+            let f = sphere.center - ray.origin;
+            let (a, b) = (ray.direction.length_squared(), ray.direction.dot(f));
+            let t = (b - (b * b - a * (f.length_squared() - sphere.radius * sphere.radius)).sqrt()) / a;
+            assert!(low < t && t < high && high - low < 1e-11 * t, "{projection:?}: {low} {t} {high}");
+        }
+        assert!(hits > 30);
+    }
+}
+
+// ---- The command line ----
+
+fn run(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_planisphere"));
+    command.current_dir(folder).args(args).stdin(Stdio::null()).output().expect("the program runs")
+}
+
+fn succeed(folder: &Path, args: &[&str]) -> Output {
+    let output = run(folder, args);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+fn fail(folder: &Path, args: &[&str], code: i32, words: &[&str]) {
+    let output = run(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
+    for word in words {
+        assert!(message.contains(word), "{args:?} lacks {word:?}: {message}");
+    }
+    assert!(output.stdout.is_empty(), "{args:?} wrote to standard output");
+}
+
+/// Scene files of runs of spheres, with one camera, from inside a sphere or from before them.
+fn scene_file(path: &Path, projection: Projection, origin: DVec3, spheres: &[Sphere]) {
+    let mut text = format!(
+        "[camera]\nprojection = '{}'\norigin = [{:?}, {:?}, {:?}]\nview = [1, -0.5, 0.25]\nheight = {}\n\
+         [image]\nwidth = 96\nheight = 70\nbackground = '#0a141e'\n",
+        if projection == Projection::Perspective { "perspective" } else { "orthographic" },
+        origin.x,
+        origin.y,
+        origin.z,
+        if projection == Projection::Perspective { 1.0 } else { 7.0 },
+    );
+    for Sphere { center, radius, color } in spheres {
+        let _ = write!(
+            text,
+            "[[sphere]]\ncenter = [{:?}, {:?}, {:?}]\nradius = {radius:?}\ncolor = {color:?}\n",
+            center.x, center.y, center.z
+        );
+    }
+    fs::write(path, text).unwrap();
+}
+
+/// Spheres with near ties, exact ties and the same sphere again among those far apart in the list.
+fn tricky() -> Vec<Sphere> {
+    let mut random = Random::new(5);
+    let mut spheres: Vec<Sphere> =
+        (0..60).map(|_| corpus::ball(random.ball() * 3.0, random.between(0.2, 0.9))).collect();
+    // The same under another index; the same but for one bit; mirrored about the plane that holds the view's line.
+    spheres.extend(spheres.clone().iter().rev().take(30));
+    for k in 0..30 {
+        let mut near = spheres[k];
+        near.center.x = f64::from_bits(near.center.x.to_bits() + random.below(3));
+        near.radius = f64::from_bits(near.radius.to_bits() + random.below(3));
+        near.color[0] ^= 0xff;
+        spheres.push(near);
+    }
+    spheres.push(corpus::ball([0.0, 0.0, 0.0], 40.0));
+    spheres.insert(0, corpus::ball([0.0, 0.0, 0.0], 40.0));
+    spheres
+}
+
+struct Setup {
+    folder: tempfile::TempDir,
+    spheres: usize,
+}
+
+fn setup(projection: Projection, origin: DVec3) -> Setup {
+    let folder = tempfile::tempdir().unwrap();
+    let spheres = tricky();
+    scene_file(&folder.path().join("all.toml"), projection, origin, &spheres);
+    for (k, some) in spheres.chunks(spheres.len().div_ceil(4)).enumerate() {
+        scene_file(&folder.path().join(format!("part-{k}.toml")), projection, origin, some);
+    }
+    Setup { folder, spheres: spheres.len() }
+}
+
+fn read_all(folder: &Path, names: [&str; 3]) -> Vec<Vec<u8>> {
+    names.iter().map(|name| fs::read(folder.join(name)).unwrap()).collect()
+}
+
+#[test]
+fn four_machines_give_the_files_of_one() {
+    let before = DVec3::new(-6.0, 3.0, -1.5);
+    for (projection, origin) in [
+        (Projection::Orthographic, before),
+        (Projection::Perspective, before),
+        // Inside the great spheres, and of one of the cloud.
+        (Projection::Perspective, DVec3::new(0.1, 0.2, 0.3)),
+    ] {
+        let Setup { folder, spheres } = setup(projection, origin);
+        let folder = folder.path();
+        let step = spheres.div_ceil(4);
+        succeed(folder, &["render", "all.toml", "-o", "w.png", "--ids", "wi.npy", "--depth", "wd.npy"]);
+        let whole = read_all(folder, ["w.png", "wi.npy", "wd.npy"]);
+        let regions = ["0,0,50,33", "50,0,46,33", "0,33,50,37", "50,33,46,37"];
+        for k in 0..4 {
+            let device = if k == 2 { "gpu" } else { "cpu" };
+            let (name, first) = (format!("part-{k}.toml"), (k * step).to_string());
+            let draw = |scene: &str, out: &str, more: &[&str]| {
+                let args = ["render", scene, "-o", "none", "--device", device, "--visibility", out];
+                succeed(folder, &[&args, more].concat());
+            };
+            draw(&name, &format!("s{k}.npz"), &["--first-index", &first]);
+            draw("all.toml", &format!("r{k}.npz"), &["--region", regions[k]]);
+            draw(&name, &format!("a{k}.npz"), &["--first-index", &first, "--region", "0,0,96,21"]);
+        }
+        succeed(folder, &["render", "all.toml", "-o", "none", "--visibility", "rest.npz", "--region", "0,21,96,49"]);
+        let outputs = ["-o", "m.png", "--ids", "mi.npy", "--depth", "md.npy"];
+        let check = |parts: &[&str], what: &str| {
+            succeed(folder, &[&["merge"], parts, &outputs].concat());
+            assert!(read_all(folder, ["m.png", "mi.npy", "md.npy"]) == whole, "{projection:?} {origin}: {what}");
+        };
+        check(&["s2.npz", "s0.npz", "s3.npz", "s1.npz"], "parts of the spheres");
+        check(&["r3.npz", "r1.npz", "r0.npz", "r2.npz"], "parts of the picture");
+        check(&["a3.npz", "rest.npz", "a0.npz", "a1.npz", "a2.npz"], "both");
+        for (out, parts) in [("t0.npz", ["s0.npz", "s3.npz"]), ("t1.npz", ["s2.npz", "s1.npz"])] {
+            succeed(folder, &[&["merge", "-o", "none", "--visibility", out], &parts[..]].concat());
+        }
+        check(&["t1.npz", "t0.npz"], "a tree");
+        succeed(folder, &["merge", "s0.npz", "s1.npz", "s2.npz", "s3.npz", "-o", "none", "--visibility", "all.npz"]);
+        check(&["all.npz"], "one part that is all");
+        // The part that one run writes is the part that is merged.
+        succeed(folder, &["render", "all.toml", "-o", "none", "--visibility", "one.npz"]);
+        let [one, merged] = ["one.npz", "all.npz"].map(|name| fs::read(folder.join(name)).unwrap());
+        assert!(one == merged, "{projection:?} {origin}: merging loses nothing");
+        // Part of the picture: as `render --region`.
+        let region = ["--region", "40,20,30,40"];
+        succeed(
+            folder,
+            &[&["render", "all.toml", "-o", "w.png", "--ids", "wi.npy", "--depth", "wd.npy"][..], &region].concat(),
+        );
+        let part = read_all(folder, ["w.png", "wi.npy", "wd.npy"]);
+        succeed(folder, &[&["merge", "s0.npz", "s1.npz", "s2.npz", "s3.npz"][..], &outputs, &region].concat());
+        assert!(read_all(folder, ["m.png", "mi.npy", "md.npy"]) == part, "{projection:?} {origin}: a region");
+    }
+}
+
+#[test]
+fn parts_that_do_not_fit_are_refused() {
+    let Setup { folder, spheres } = setup(Projection::Orthographic, DVec3::new(-6.0, 3.0, -1.5));
+    let folder = folder.path();
+    let step = spheres.div_ceil(4);
+    let render = |scene: &str, out: &str, more: &[&str]| {
+        let args = ["render", scene, "-o", "none", "--device", "cpu", "--visibility", out];
+        succeed(folder, &[&args, more].concat());
+    };
+    let names: Vec<String> = (0..4).map(|k| format!("s{k}.npz")).collect();
+    for k in 0..4 {
+        render(&format!("part-{k}.toml"), &names[k], &["--first-index", &(k * step).to_string()]);
+    }
+    let n: Vec<&str> = names.iter().map(String::as_str).collect();
+
+    // Twice, overlapping, missing, in no part.
+    fail(
+        folder,
+        &["merge", n[0], n[0]],
+        2,
+        &["s0.npz and s0.npz", &format!("spheres 0 to {}", step - 1), "--first-index"],
+    );
+    render("part-1.toml", "late.npz", &["--first-index", &(step - 3).to_string()]);
+    fail(folder, &["merge", n[0], "late.npz"], 2, &[&format!("both hold spheres {} to {}", step - 3, step - 1)]);
+    fail(folder, &["merge", n[0], n[2], n[3]], 2, &[&format!("no part holds spheres {step} to {}", 2 * step - 1)]);
+    fail(folder, &["merge", n[1], n[2], n[3]], 2, &[&format!("no part holds spheres 0 to {}", step - 1)]);
+    render("all.toml", "top.npz", &["--region", "0,0,96,30"]);
+    render("all.toml", "left.npz", &["--region", "0,30,40,40"]);
+    fail(folder, &["merge", "top.npz", "left.npz"], 2, &["region 40,30,56,40", "--region"]);
+    fail(folder, &["merge", "top.npz", "left.npz", "-o", "none", "--visibility", "x.npz"], 2, &["region 40,30,56,40"]);
+    succeed(folder, &["merge", "top.npz", "left.npz", "--region", "10,5,30,60"]);
+    render("part-0.toml", "corner.npz", &["--region", "40,30,56,40"]);
+    let words = [format!("spheres {step} to {}", spheres - 1), "region 40,30,56,40".into()];
+    fail(folder, &["merge", "top.npz", "left.npz", "corner.npz"], 2, &words.each_ref().map(String::as_str));
+
+    // Other views: each names what differs.
+    for (name, more, field) in [
+        ("size", &["--size", "96x71"][..], "the size of the image is 96 x 70 in the first, 96 x 71 in the second"),
+        ("origin", &[], "the camera's origin"),
+        ("near", &[], "near is 0 in the first, 0.5"),
+        ("far", &[], "far is inf in the first, 50"),
+        ("up", &[], "up is [0, 0, 1]"),
+        ("height", &[], "the height of the view is 7"),
+        ("background", &[], "the background is #0a141e in the first, #0a141f"),
+        ("projection", &[], "the projection is orthographic"),
+    ] {
+        let text = fs::read_to_string(folder.join("part-1.toml")).unwrap();
+        let text = match name {
+            "origin" => text.replacen("[-6.0", "[-6.000000000000001", 1),
+            "near" => text.replacen("height = 7", "near = 0.5\nheight = 7", 1),
+            "far" => text.replacen("height = 7", "far = 50\nheight = 7", 1),
+            "up" => text.replacen("height = 7", "up = [0, 0.1, 1]\nheight = 7", 1),
+            "height" => text.replacen("height = 7", "height = 7.5", 1),
+            "background" => text.replacen("#0a141e", "#0a141f", 1),
+            "projection" => text.replacen("orthographic", "perspective", 1),
+            _ => text,
+        };
+        fs::write(folder.join("other.toml"), text).unwrap();
+        render("other.toml", "other.npz", &[&["--first-index", "1000"], more].concat());
+        fail(folder, &["merge", n[0], "other.npz"], 2, &[field, "s0.npz", "other.npz"]);
+    }
+
+    // Not parts, or no longer.
+    fail(folder, &["merge"], 2, &["PART"]);
+    fail(folder, &["merge", "nothing.npz"], 2, &["nothing.npz: no such file"]);
+    fail(folder, &["merge", "all.toml"], 2, &["all.toml", "no part of a picture", "--visibility"]);
+    let bytes = fs::read(folder.join("s0.npz")).unwrap();
+    for (k, at) in [0, 200, bytes.len() / 3, bytes.len() / 2, bytes.len() - 300].into_iter().enumerate() {
+        let mut flipped = bytes.clone();
+        flipped[at] ^= 0x40;
+        let name = format!("flipped-{k}.npz");
+        fs::write(folder.join(&name), &flipped).unwrap();
+        fail(folder, &["merge", &name, n[1], n[2], n[3]], 2, &[&name]);
+        fs::write(folder.join("cut.npz"), &bytes[..at]).unwrap();
+        fail(folder, &["merge", "cut.npz", n[1], n[2], n[3]], 2, &["cut.npz"]);
+        fs::remove_file(folder.join("cut.npz")).unwrap();
+    }
+    assert!(!folder.join("merged.png").exists() || fs::metadata(folder.join("merged.png")).unwrap().len() > 0);
+    fail(folder, &["render", "all.toml", "--first-index", "7"], 2, &["--visibility"]);
+    fail(folder, &["merge", n[0], "-o", "x", "--visibility", "x"], 2, &["both write x"]);
+    fail(folder, &["merge", n[0], "-o", "none"], 2, &["nothing to do"]);
+    fail(folder, &["merge", n[0], "--region", "90,0,7,7"], 2, &["beyond the image of 96 x 70"]);
+    fail(folder, &["merge", n[0], "-o", "no/where.png"], 4, &["no folder no"]);
+}
+
+#[test]
+fn indices_beyond_32_bits_and_parts_of_nothing() {
+    let Setup { folder, .. } = setup(Projection::Orthographic, DVec3::new(-6.0, 3.0, -1.5));
+    let folder = folder.path();
+    let text = fs::read_to_string(folder.join("part-0.toml")).unwrap();
+    fs::write(folder.join("empty.toml"), text.split("[[sphere]]").next().unwrap()).unwrap();
+    let first = (1u64 << 40).to_string();
+    succeed(
+        folder,
+        &["render", "part-0.toml", "-o", "none", "--ids", "i.npy", "--visibility", "far.npz", "--first-index", &first],
+    );
+    succeed(folder, &["render", "empty.toml", "-o", "none", "--visibility", "empty.npz", "--first-index", "5"]);
+    // Indices below the first are in no part; the merged part is of what there is.
+    fail(folder, &["merge", "far.npz", "empty.npz"], 2, &["no part holds spheres 0 to 1099511627775"]);
+    succeed(folder, &["merge", "empty.npz", "far.npz", "-o", "none", "--visibility", "both.npz"]);
+    let part = |name: &str| load::part(&folder.join(name)).unwrap();
+    let (far, both) = (part("far.npz"), part("both.npz"));
+    assert_eq!((far.meta.last(), &far.indices), (both.meta.last(), &both.indices));
+    assert!(far.pixels.wide && far.indices.iter().all(|&index| index >= 1 << 40));
+    // Nothing but nothing is a picture too.
+    succeed(folder, &["merge", "empty.npz", "-o", "m.png"]);
+    succeed(folder, &["render", "empty.toml", "-o", "w.png"]);
+    assert_eq!(fs::read(folder.join("m.png")).unwrap(), fs::read(folder.join("w.png")).unwrap());
+    let parts = [part("empty.npz")];
+    assert!(matches!(Merge::new(&[], None), Err(MergeError::Nothing)));
+    assert!(Merge::new(&parts, None).unwrap().band(parts[0].meta.region).unwrap().ids.iter().all(|&id| id == -1));
+}
+
+/// The arrays as NumPy reads them, where there is NumPy.
+#[test]
+fn numpy_reads_parts() {
+    let Setup { folder, spheres } = setup(Projection::Perspective, DVec3::new(-6.0, 3.0, -1.5));
+    let folder = folder.path();
+    succeed(
+        folder,
+        &["render", "all.toml", "-o", "none", "--ids", "i.npy", "--depth", "d.npy", "--visibility", "p.npz"],
+    );
+    let script = "import numpy as n\np, i, d = n.load('p.npz'), n.load('i.npy'), n.load('d.npy')\n\
+        x = p['pixels']\nassert (x['id'] == i).all() and x.shape == (70, 96)\n\
+        assert ((x['low'] <= d * (1 + 1e-6)) & (x['high'] >= d * (1 - 1e-6))).all()\n\
+        assert (p['indices'] == n.unique(i[i >= 0])).all() and p['centers'].shape == (len(p['indices']), 3)\n\
+        assert p['version'] == 1 and p['projection'] == 1 and tuple(p['image']) == (96, 70)\n\
+        assert p['ranges'].tolist() == [[0, COUNT]] and p['clip'][1] == n.inf\n\
+        n.savez('again.npz', **p)\n"
+        .replace("COUNT", &spheres.to_string());
+    let output = Command::new("python3").current_dir(folder).args(["-c", &script]).output();
+    match output {
+        Ok(output) if String::from_utf8_lossy(&output.stderr).contains("No module named 'numpy'") => {
+            println!("python3 has no numpy: not tried");
+        }
+        Err(error) => println!("no python3: not tried ({error})"),
+        Ok(output) => {
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            // What NumPy has saved again is still the part.
+            let merged = |part: &str| {
+                succeed(folder, &["merge", part, "-o", "none", "--visibility", "merged.npz"]);
+                fs::read(folder.join("merged.npz")).unwrap()
+            };
+            assert!(merged("again.npz") == merged("p.npz"));
+        }
+    }
+}
