@@ -633,14 +633,16 @@ impl Report {
     /// For people.
     pub fn text(&self) -> String {
         let mut text = self.conditions.text();
-        text += &format!(
-            "{} x {} pixels. Milliseconds are of a picture (all exact: of the pixels told in brackets); cpu is processor time \
+        if !self.rows.is_empty() {
+            text += &format!(
+                "{} x {} pixels. Milliseconds are of a picture (all exact: of the pixels told in brackets); cpu is processor time \
              of all threads,\nand what ns are of. Depths: the largest error at pixels with the right id, in f32 units in the \
              last place (ulp) and relative.\nOutline: the largest distance of a wrong hit or miss from the true outline. \
              Open: pixels that the filter leaves to be decided.\nDecided: by 100 bits / 128-bit integers / integers of any \
              size.\n",
-            self.image[0], self.image[1]
-        );
+                self.image[0], self.image[1]
+            );
+        }
         let mut rows = &self.rows[..];
         while let Some(first) = rows.first() {
             let same = rows.iter().take_while(|row| row.scene == first.scene && row.spheres == first.spheres).count();
@@ -685,7 +687,8 @@ impl Report {
             rows = &rows[same..];
         }
         if !self.price.is_empty() {
-            text += "\nThe price of exactness: processor ms with everything, and with bounds and decisions switched off, in turn\n";
+            text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above): processor ms with everything, and with \
+                     bounds and decisions\nswitched off, in turn\n";
             let mut table =
                 Table::new(&["scene", "spheres", "on", "full", "off", "ratio", "least", "greatest", "runs"]);
             for price in &self.price {

@@ -13,12 +13,13 @@ use crate::{
     bench::{
         accuracy, plot,
         process::{self, Cost},
-        scenes::Made,
+        scenes::{Kind, Made, Recipe},
         speed::{self, BenchError, Contender, Settings, TimedRun},
         statistics::Summary,
         table::{Table, number},
     },
-    camera::{ImageSize, MAX_SIDE},
+    camera::{ImageSize, MAX_SIDE, View},
+    gpu::naive::Naive,
     load,
     output::{self, Target},
     render::{Device, DeviceChoice},
@@ -44,7 +45,7 @@ enum What {
         planisphere bench time -- planisphere render a.toml -o none --stats ::: other-program a.txt"
     )]
     Time(TimeArgs),
-    /// Open a device and end: what `speed` holds start-up against
+    /// Open a device, dispatch next to nothing, and end: the bare start-up that `speed` compares with
     #[command(hide = true)]
     Open {
         /// The device
@@ -167,7 +168,7 @@ pub(super) fn run(args: BenchArgs) -> Result<(), Failure> {
         What::Speed(args) => run_speed(args),
         What::Accuracy(args) => run_accuracy(args),
         What::Time(args) => run_time(args),
-        What::Open { device } => Ok(Device::open(&device).map(drop)?),
+        What::Open { device } => open(&device),
     }
 }
 
@@ -181,6 +182,15 @@ fn contenders(device: Option<DeviceChoice>) -> Result<Vec<Contender>, Failure> {
         DeviceChoice::Named(name) => name,
     };
     Ok(vec![speed::contender(argument, choice.clone())?])
+}
+
+fn open(choice: &DeviceChoice) -> Result<(), Failure> {
+    if let Device::Gpu(mut gpu) = Device::open(choice)? {
+        let image = ImageSize { width: 8, height: 8 };
+        let made = Recipe::new(Kind::Uniform, 1).make(image);
+        Naive::new(&gpu).draw(&mut gpu, &made.scene, &View::new(made.camera, image))?;
+    }
+    Ok(())
 }
 
 fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
