@@ -35,7 +35,11 @@ use planisphere::{
     bins::KeepAll,
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{dd::Bounded, decide::Truth},
-    gpu::{Gpu, lists::Wave},
+    gpu::{
+        Gpu,
+        lists::{Spheres, Wave},
+        order::Order,
+    },
     plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, NONE, Segment, TILE, TILE_PIXELS, UNDECIDED},
     render::DeviceChoice,
     scene::{Bounds, Scene},
@@ -56,10 +60,13 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     let truth = Truth::new(view, scene.bounds());
     let mut wave = Wave::default();
     let mut all = [Range { start: 0, end: scene.len() }];
-    wave.collect(scene, &truth, region, &mut all, usize::MAX, &KeepAll);
+    // Places are indices.
+    let order = Order::default();
+    let spheres = Spheres { scene, truth: &truth, order: &order };
+    wave.collect(spheres, region, &mut all, usize::MAX, &KeepAll);
     assert!(all[0].is_empty());
     let mut band = Band::new(region);
-    let (passes, single) = band.passes(&wave.lists(), &eye, limits);
+    let (passes, single) = band.passes(&wave.lists(), &eye, limits, true);
     let records: Vec<[i32; 4]> =
         (0..scene.len()).map(|k| scene.sphere(k)).map(|s| fixed.record(s.center, s.radius)).collect();
     let disorder = eye.steps(wave.lists().disorder);
@@ -125,7 +132,8 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     if !single {
         let met: Vec<Segment> =
             band.met().into_iter().map(|tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
-        dispatch(false, plan::NEVER, &[], &met, &table(&met, &|_, s| s.tile | LAST));
+        // An empty list reads an entry all the same.
+        dispatch(false, plan::NEVER, &[0], &met, &table(&met, &|_, s| s.tile | LAST));
     }
     for &tile in &band.host {
         fill(&mut ids, region, band.columns, tile, &[UNDECIDED; TILE_PIXELS]);
@@ -304,7 +312,7 @@ impl<'a> Probe<'a> {
     fn look(&mut self, input: Input) -> Option<Found> {
         let (left, top) = (input.column / TILE * TILE, input.row / TILE * TILE);
         let nearest = self.stage.exact(input).z.value() - 2.0 * input.radius;
-        let (class, place) = self.eye.place(left, top, nearest);
+        let (class, place) = self.eye.place(left, top, nearest, true);
         if class == Class::Host {
             return None;
         }

@@ -14,7 +14,7 @@ mod execute;
 pub mod lists;
 mod memory;
 pub mod naive;
-mod order;
+pub mod order;
 
 use std::{
     num::NonZeroU64,
