@@ -60,7 +60,9 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     let truth = Truth::new(view, scene.bounds());
     let mut wave = Wave::default();
     let mut all = [Range { start: 0, end: scene.len() }];
-    let spheres = Spheres { scene, truth: &truth, order: &Order::default() };
+    // Places are indices.
+    let order = Order::default();
+    let spheres = Spheres { scene, truth: &truth, order: &order };
     wave.collect(spheres, region, &mut all, usize::MAX, &KeepAll);
     assert!(all[0].is_empty());
     let mut band = Band::new(region);
@@ -130,7 +132,8 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     if !single {
         let met: Vec<Segment> =
             band.met().into_iter().map(|tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
-        dispatch(false, plan::NEVER, &[], &met, &table(&met, &|_, s| s.tile | LAST));
+        // An empty list reads an entry all the same.
+        dispatch(false, plan::NEVER, &[0], &met, &table(&met, &|_, s| s.tile | LAST));
     }
     for &tile in &band.host {
         fill(&mut ids, region, band.columns, tile, &[UNDECIDED; TILE_PIXELS]);

@@ -251,7 +251,8 @@ impl Unfriendly {
         if self.habits.rounding == Rounding::Nearest {
             return (exact as f32).into();
         }
-        let part = self.choice(site, 17) as f64 / 8.0 - 1.0;
+        // As far off as may be, mostly.
+        let part = [-1.0, -1.0, 0.3, 1.0, 1.0][self.choice(site, 5) as usize];
         let moved = exact + exact.abs() * (part * units * f64::from(f32::EPSILON));
         let [down, up] = neighbours(moved, 0.0);
         let value = if moved > exact { down } else { up };
