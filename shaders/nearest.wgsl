@@ -21,7 +21,7 @@ fn nothing() -> Nearest {
     return Nearest(vec4<u32>(MISS), vec4<u32>(MISS), vec4<u32>(0u), vec4<f32>(0.0));
 }
 
-// The key of a lower bound: 0 is a lower bound of what is below 0.
+// The key of a lower bound. What may lie before 0 gets 0, and nothing is settled against that: every upper bound is at least 0.
 fn key(depth: vec4<f32>) -> vec4<u32> {
     return bitcast<vec4<u32>>(max(bitcast<vec4<i32>>(depth), vec4<i32>(0)));
 }

@@ -256,7 +256,8 @@ impl Eye {
             |length: f64, bits: i32| if length > 0.0 { (above(length) - bits - fixed.exponent).max(0) } else { 0 };
         let wish = levels(spread * bounds.max_radius + 16.0 * coarse, 29);
         let limit = (above(fine) - 1 - 16 - fixed.exponent).max(levels(16.0 * coarse, 28)).max(0);
-        let level = wish.min(limit).max(above(spread) - 1).max(if spread > 1.0 { 1 } else { 0 });
+        // Axes of perspective tiles are as long as `spread`.
+        let level = wish.min(limit).max(if perspective { above(spread) } else { 0 });
         let one = if level <= 32 { power(AXIS_BITS - level) } else { 0.0 };
         let step = unit * power(level.min(200));
         let axis = |a: DVec3| (a * one).to_array().map(|c| c.round_ties_even() as i32);
@@ -317,6 +318,11 @@ impl Eye {
         self.projection
     }
 
+    /// A depth in world units as the kernels of a tile with offset `z` see it, in steps.
+    pub fn depth_in_tile(&self, depth: f64, z: i32) -> f64 {
+        depth / self.step - self.middle.z + f64::from(z)
+    }
+
     /// A world length as steps, rounded up; at most what the shaders take for never.
     pub fn steps(&self, length: f64) -> f32 {
         if length.is_finite() { up((length / self.step).min(1e30)) } else { NEVER }
@@ -351,7 +357,7 @@ impl Eye {
             if depth.is_infinite() {
                 return [1e30; 2];
             }
-            let t = depth / self.step - m.z + z;
+            let t = self.depth_in_tile(depth, z as i32);
             let error = self.middle_error + power(-48) * (depth / self.step + m.z.abs() + z.abs());
             [down(t - error), up(t + error)]
         };

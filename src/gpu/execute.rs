@@ -83,7 +83,8 @@ impl Executor {
             None => band.tiles() * TILE_PIXELS,
         };
         self.reserve(pixels, slots.is_none());
-        let disorder = eye.steps(wave.lists().disorder);
+        // The host's own bound of where a sphere begins is far below `delta_depth`.
+        let disorder = eye.steps(wave.lists().disorder) + 4.0 * eye.frame.delta_depth;
         let mut present = None;
         for pass in passes {
             if present.as_ref() != Some(&pass.window) {
