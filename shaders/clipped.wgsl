@@ -10,11 +10,11 @@ fn range_of(at: u32) -> Range {
     return Range(planes[at]);
 }
 
-// 2 E / sqrt q, which bounds what the half chord may be too long; large where the hit is in doubt.
+// 1.54 E / root (see `width`), which bounds what the half chord may be too long; large where the hit is in doubt.
 fn doubt(item: Item, c: Chord) -> vec4<f32> {
     let error = item.bounds.y;
     let sure = vec4<bool>(error < NEVER) & (c.square > vec4<f32>(2.2 * error));
-    return select(vec4<f32>(NEVER), vec4<f32>(2.02 * error) / max(c.root, vec4<f32>(1.0)), sure);
+    return select(vec4<f32>(NEVER), vec4<f32>(1.56 * error) / max(c.root, vec4<f32>(1.0)), sure);
 }
 
 // The key of a lower bound of the hit's depth; MISS for a certain miss.

@@ -13,8 +13,7 @@ fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
     return key(c.depth - c.half) | bitcast<vec4<u32>>(bitcast<vec4<i32>>(c.square) >> vec4<u32>(31u));
 }
 
-// 0 where the hit is certain, and its depth at most the lower bound + 2.02 `width`, else AGAIN. sqrt(q*) >= sqrt(q - 2 E) >= sqrt q - 2 E / sqrt q,
-// the root is at least the radius over REACH, and the slack counts twice, once for each end.
+// 0 where the hit is certain, and its depth at most the lower bound + 2.02 `width`, else AGAIN. The slack counts twice, once for each end.
 fn unsafe_bit(range: Range, item: Item, c: Chord) -> vec4<u32> {
     return bitcast<vec4<u32>>(c.square - vec4<f32>(item.safe)) & vec4<u32>(AGAIN);
 }

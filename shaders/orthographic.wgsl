@@ -24,7 +24,8 @@ struct Item {
     shape: vec4<f32>,
     // slack of the depth (below), bound E of q, or NEVER where no hit is certain
     bounds: vec2<f32>,
-    // Above this square a hit is certain (the root is at least the radius over REACH), and its depth is good to 2 `width`.
+    // Above this square, at least 2.2 E, a hit is certain. Then root - sqrt(q*) <= 2 E / (root + sqrt(root^2 - 2 E)) <= 1.54 E / root, and its
+    // depth is good to 2.02 `width`.
     safe: f32,
     width: f32,
     // Not more than the depth at which the sphere begins; not passed from lane to lane.
@@ -68,12 +69,13 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let slack = SURE * (frame.delta_depth + U * (6.0 * abs(z) + 8.0 * radius));
     let error = SURE * (radius * (4.1 * frame.delta + 33.0 * U * radius) + 5.1 * frame.delta * frame.delta);
     let certain = radius >= 32.0 * frame.delta;
+    let safe = max(radius * radius / (REACH * REACH), 2.2 * error);
     return Item(
         vec4<f32>(x, y, z - slack, radius * radius + error),
         vec2<f32>(slack, select(NEVER, error, certain)),
-        select(NEVER, max(radius * radius / (REACH * REACH), 2.2 * error), certain),
-        select(0.0, slack + REACH * error / max(radius, 1.0), certain),
-        z - slack - 1.00001 * radius,
+        select(NEVER, safe, certain),
+        select(0.0, slack + 0.8 * error / sqrt(max(safe, 1.0)), certain),
+        z - slack - radius,
     );
 }
 

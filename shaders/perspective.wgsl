@@ -15,8 +15,8 @@
 // E = 3.6 k^2 R delta_p + 64 u k^3 R^2 + 4.3 k^2 delta_p^2. Certain hits need R >= 32 k^2 delta_p and k <= 8 (the host sees to it),
 // which keep d* below 1.2 P.
 //
-// Depth. (m sy - n sx) / a is at most 1.2 R and good to delta_p + (9.2 k + 18) u R; the half chord to 22 u R; the sums to 2 u |Z| + 3.5 u R, the conversion
-// to u |Z|: slack = delta_depth + delta_p + u (6 |Z| + 64 k R).
+// Depth. (m sy - n sx) / a is at most 1.2 R and, as (|sx| + |sy|) / a <= 0.71, good to 0.71 delta_p + (9.2 k + 21) u R; the half chord to 22 u R; the
+// sums to 2 u |Z| + 3.5 u R, the conversion to u |Z|: slack = delta_depth + 0.71 delta_p + u (6 |Z| + 60 k R).
 
 struct Eye {
     x: Split,
@@ -33,7 +33,8 @@ struct Item {
     size: vec2<f32>,
     // slack of the depth, bound E of D, or NEVER where no hit is certain
     bounds: vec2<f32>,
-    // Above this square a hit is certain (the root is at least the radius over REACH), and its depth is good to 2 `width`.
+    // Above this square, at least 2.2 E, a hit is certain. Then root - sqrt(q*) <= 2 E / (root + sqrt(root^2 - 2 E)) <= 1.54 E / root, and its
+    // depth is good to 2.02 `width`.
     safe: f32,
     width: f32,
     // Not more than the depth at which the sphere begins; not passed from lane to lane.
@@ -86,16 +87,17 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     }
     let k = frame.spread;
     let delta = frame.delta + 41.0 * U * max(frame.pitch_x, frame.pitch_y) * abs(distance);
-    let slack = SURE * (frame.delta_depth + delta + U * (6.0 * abs(z) + 64.0 * k * radius));
+    let slack = SURE * (frame.delta_depth + 0.71 * delta + U * (6.0 * abs(z) + 60.0 * k * radius));
     let error = SURE * k * k * (radius * (3.7 * delta + 65.0 * U * k * radius) + 4.4 * delta * delta);
     let certain = radius >= 32.0 * k * k * delta;
+    let safe = max(radius * radius / (REACH * REACH), 2.2 * error);
     return Item(
         vec4<f32>(n, m, z - slack, distance),
         vec2<f32>(radius * radius, error),
         vec2<f32>(slack, select(NEVER, error, certain)),
-        select(NEVER, max(radius * radius / (REACH * REACH), 2.2 * error), certain),
-        select(0.0, slack + REACH * error / max(radius, 1.0), certain),
-        z - slack - 1.00001 * radius,
+        select(NEVER, safe, certain),
+        select(0.0, slack + 0.8 * error / sqrt(max(safe, 1.0)), certain),
+        z - slack - radius,
     );
 }
 

@@ -166,11 +166,29 @@ pub struct Lists<I> {
     pub starts: Vec<u32>,
     /// Spheres, tile by tile, slab by slab.
     pub entries: Vec<I>,
+    /// What was met on the way.
+    pub met: Met,
+}
+
+/// What a pass over spheres met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Met {
+    /// Spheres that a pixel's ray may meet in the clip range.
+    pub on_screen: usize,
+    /// Spheres that are in a list, or in several.
+    pub listed: usize,
+}
+
+impl std::ops::AddAssign for Met {
+    fn add_assign(&mut self, other: Self) {
+        self.on_screen += other.on_screen;
+        self.listed += other.listed;
+    }
 }
 
 impl<I> Default for Lists<I> {
     fn default() -> Self {
-        Self { starts: Vec::new(), entries: Vec::new() }
+        Self { starts: Vec::new(), entries: Vec::new(), met: Met::default() }
     }
 }
 
@@ -250,8 +268,10 @@ impl<'a> Binner<'a> {
                 found.items.push(I::new(sphere, nearest, index, window));
                 found.items.len()
             };
-            left.start = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
+            (left.start, found.met) = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
         });
+        lists.met = Met::default();
+        found.iter().for_each(|found| lists.met += found.met);
         // Where each part's entries of each key go.
         lists.starts.clear();
         lists.starts.reserve(keys + 1);
@@ -268,7 +288,7 @@ impl<'a> Binner<'a> {
         lists.entries.clear();
         lists.entries.reserve(limit);
         let target = Target(lists.entries.as_mut_ptr());
-        found.par_iter_mut().for_each(|Found { items, keys, counts }| {
+        found.par_iter_mut().for_each(|Found { items, keys, counts, .. }| {
             let target = &target;
             for (item, key) in items.iter().zip(&*keys) {
                 let at = counts[*key as usize];
@@ -304,11 +324,13 @@ struct Found<I> {
     keys: Vec<u32>,
     /// How many items a key has.
     counts: Vec<u32>,
+    /// What was met on the way.
+    met: Met,
 }
 
 impl<I> Default for Found<I> {
     fn default() -> Self {
-        Self { items: Vec::new(), keys: Vec::new(), counts: Vec::new() }
+        Self { items: Vec::new(), keys: Vec::new(), counts: Vec::new(), met: Met::default() }
     }
 }
 
@@ -341,14 +363,15 @@ struct Visit<'a, K, F> {
 }
 
 impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work for Visit<'_, K, F> {
-    /// The first sphere that was not looked at.
-    type Output = usize;
+    /// The first sphere that was not looked at, and what was met before it.
+    type Output = (usize, Met);
 
     #[inline(always)]
-    fn run<L: simd::Lanes>(mut self) -> usize {
+    fn run<L: simd::Lanes>(mut self) -> (usize, Met) {
         let Binner { projector, grid, .. } = self.binner;
         let last_tile = grid.tiles() - 1;
         let mut batch = Batch::default();
+        let mut met = Met::default();
         for (start, block) in self.binner.scene.blocks() {
             let end = (start + block.len()).min(self.spheres.end);
             let mut first = start.max(self.spheres.start);
@@ -356,7 +379,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
                 projector.project_batch(block, first - start, &mut batch);
                 projector.footprints(&mut batch);
                 let len = batch.len.min(end - first);
-                let mut seen = 0u64;
+                let (mut seen, mut on_screen) = (0u64, 0u64);
                 for k in 0..BATCH {
                     let inside = (batch.left[k] <= batch.right[k]) & (batch.top[k] <= batch.bottom[k]);
                     let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
@@ -367,21 +390,25 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
                     let one = (left == right) & (top == bottom);
                     let kept = inside & !(one & outside(batch.nearest[k], self.keep.depths(tile)));
                     seen |= u64::from(kept) << k;
+                    on_screen |= u64::from(inside) << k;
                 }
                 seen &= u64::MAX >> (BATCH - len);
+                met.on_screen += (on_screen & (u64::MAX >> (BATCH - len))).count_ones() as usize;
                 let mut found = 0;
                 while seen != 0 {
                     let k = seen.trailing_zeros() as usize;
                     seen &= seen - 1;
+                    let before = found;
                     found = self.place(&batch, k, (first + k) as u32, found);
+                    met.listed += usize::from(found != before);
                 }
                 first += len;
                 if found >= self.limit {
-                    return first;
+                    return (first, met);
                 }
             }
         }
-        self.spheres.end
+        (self.spheres.end, met)
     }
 }
 

@@ -11,7 +11,7 @@ use std::{marker::PhantomData, ops::Range, sync::Mutex, time::Instant};
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Binner, Entry, Keep, Lists, Window, Workspace, split},
+    bins::{Binner, Entry, Keep, Lists, Met, Window, Workspace, split},
     camera::{Projection, Region, View},
     exact::decide::{Ball, Hit, Root, Tally, Truth},
     filter::{BACK, Look, Margins, Row, length},
@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// log2 of the side of a tile.
-const SHIFT: u32 = 5;
+pub(crate) const SHIFT: u32 = 5;
 /// Side of a tile, pixels.
 const SIDE: usize = 1 << SHIFT;
 /// Side of a block, for which the farthest depth is kept.
@@ -32,9 +32,9 @@ const BLOCKS: usize = SIDE / BLOCK;
 /// No sphere, as an index among f64: the conversion to i32 gives -1.
 const NONE: f64 = -1.0;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
-const WAVE: usize = 1 << 20;
+pub(crate) const WAVE: usize = 1 << 20;
 /// Pixels of a band at most: its state is 24 bytes a pixel when there are several waves.
-const BAND: usize = 4 << 20;
+pub(crate) const BAND: usize = 4 << 20;
 
 /// What the tile kernel does with its bounds. Only [`Exact`] is used to draw; the others are compiled apart for `bench`, which
 /// measures what exactness costs.
@@ -211,9 +211,12 @@ impl Cpu {
         let in_front = Visible { front: &front, drawn: None };
         let mut lists = binner.lists(&mut left, &in_front, WAVE, &mut self.lists);
         drawing.times.prepare += milliseconds(begun);
+        let mut met = lists.met;
+        drawing.counts.tiles += grid.tiles();
         if !behind && left.iter().all(Range::is_empty) {
             let drawn = Instant::now();
             drawing.counts.entries += lists.entries.len();
+            drawing.counts.empty += (0..grid.tiles()).filter(|&tile| lists.tile(&grid, tile).is_empty()).count();
             painter.paint_once::<M>(lists, ids);
             drawing.times.render += milliseconds(drawn);
         } else {
@@ -225,10 +228,12 @@ impl Cpu {
             });
             drawing.times.render += milliseconds(drawn);
             let mut depths = vec![Depths::NONE; grid.tiles()];
+            let mut empty = vec![true; grid.tiles()];
             let mut second = false;
             loop {
                 let drawn = Instant::now();
                 drawing.counts.entries += lists.entries.len();
+                empty.iter_mut().enumerate().for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
                 painter.paint::<M>(lists, &mut self.tiles, &mut depths);
                 drawing.times.render += milliseconds(drawn);
                 if left.iter().all(Range::is_empty) {
@@ -241,10 +246,13 @@ impl Cpu {
                 let prepared = Instant::now();
                 let visible = Visible { front: &front, drawn: second.then_some(&depths) };
                 lists = binner.lists(&mut left, &visible, WAVE, &mut self.lists);
+                // The second time the same spheres are on the screen again.
+                met += Met { on_screen: if second { 0 } else { lists.met.on_screen }, ..lists.met };
                 drawing.times.prepare += milliseconds(prepared);
             }
             let drawn = Instant::now();
             painter.gather::<M>(&self.tiles, ids);
+            drawing.counts.empty += empty.iter().filter(|empty| **empty).count();
             drawing.times.render += milliseconds(drawn);
         }
         let Sums { tally, tests } = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -252,6 +260,7 @@ impl Cpu {
         drawing.counts.undecided += tally.signs as usize;
         drawing.counts.small += tally.small as usize;
         drawing.counts.exact += tally.big as usize;
+        drawing.counts.note(band == drawing.region, met);
     }
 }
 
@@ -260,7 +269,7 @@ fn milliseconds(since: Instant) -> f64 {
 }
 
 /// From this many spheres on, it is found out first how deep they lie.
-const SAMPLED: usize = 1 << 17;
+pub(crate) const SAMPLED: usize = 1 << 17;
 /// Layers of spheres' boxes that are drawn before the rest is looked at: what shows through eight is little.
 const LAYERS: u64 = 8;
 

@@ -1,10 +1,37 @@
-//! Pictures of spheres in which every pixel is exactly right.
+//! Pictures of spheres in which every pixel is exactly right, on every device.
+//!
+//! The way of a frame, top to bottom; each layer knows only those below it:
+//!
+//! * [`cli`], `view` (the window), [`bench`]: what a person runs.
+//! * [`render`]: a device draws a scene, the one entry for every caller. [`part`] merges pictures drawn in several places.
+//! * [`cpu`] and [`gpu`]: two devices, one answer. The GPU executes what [`plan`] lays out, with variants of the shader from
+//!   [`shader`].
+//! * [`bins`], [`project`], [`filter`], [`simd`]: spheres into view space, tile lists, and one ray against one sphere, in f64
+//!   with bounds that are derived next to them.
+//! * [`exact`]: what the filters leave in doubt, decided without rounding.
+//! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which planes.
+//!
+//! [`load`], [`make`] and [`output`] read and write files; nothing else does.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planisphere::{camera::{Camera, ImageSize, Region, View}, render::{Device, DeviceChoice}, scene::{Scene, Sphere}};
+//!
+//! let ball = Sphere { center: DVec3::new(5.0, 2.0, 0.0), radius: 2.0, color: [217, 79, 61] };
+//! let scene = Scene::from_spheres(&[ball])?;
+//! let image = ImageSize { width: 64, height: 64 };
+//! let view = View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), image);
+//! let drawing = Device::open(&DeviceChoice::Cpu)?.draw(&scene, &view, Region::whole(image))?;
+//! assert_eq!(drawing.ids[32 * 64 + 19], 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 pub mod bench;
 pub mod bins;
 pub mod camera;
 pub mod cli;
 pub mod cpu;
 pub mod exact;
+pub mod explain;
 pub mod filter;
 pub mod fov;
 pub mod frame;

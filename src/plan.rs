@@ -242,7 +242,9 @@ impl Eye {
         let to_view = |axis: DVec3| axis.dot(high) + axis.dot(low);
         let middle = DVec3::new(to_view(right), to_view(upward), to_view(forward));
         let size = high.abs().element_sum() + half[0] + half[1];
-        let error = power(-49) * spread * spread * if perspective { 2.0 * high.abs().element_sum() } else { size };
+        // With u = 2^-53: a coordinate is within 5 u |high|, a place on the screen within 2 u |s|, their difference rounds by u of
+        // both; in perspective m.z sx - m.x is within u |high| (6 + 9 |s|). The bound is 8 u, or 16 u with the square of the spread.
+        let error = power(-50) * spread * spread * if perspective { 2.0 * high.abs().element_sum() } else { size };
 
         // A step: small against a pixel, yet large enough that spheres and tiles are not far beyond 2^29 steps.
         let unit = power(fixed.exponent);

@@ -1,6 +1,7 @@
 //! A device draws a scene: the one entry for every caller.
 
 use crate::{
+    bins::Met,
     camera::{Region, View},
     cpu::Cpu,
     gpu::Gpu,
@@ -46,6 +47,16 @@ pub struct Counts {
     pub spheres: usize,
     /// Pixels of the picture.
     pub pixels: usize,
+    /// Spheres that were skipped because no pixel's ray can meet them: off the screen, outside the clip range, or small and
+    /// between the rays; not counted where a picture is drawn in bands, each of which skips others.
+    pub outside: Option<usize>,
+    /// Spheres that were skipped, or at least this many, because what was drawn before hides them; not counted in bands. (On the
+    /// CPU a sphere over several tiles may be listed before and after, and then hides one of these.)
+    pub hidden: Option<usize>,
+    /// Tiles.
+    pub tiles: usize,
+    /// Tiles that were skipped because no sphere is listed there.
+    pub empty: usize,
     /// Entries of tile lists.
     pub entries: usize,
     /// Pixels that spheres were tested at, summed over the spheres.
@@ -61,11 +72,26 @@ pub struct Counts {
 impl Counts {
     /// Adds those of another part of the same picture.
     pub fn add(&mut self, other: &Self) {
+        let only = self.pixels == 0;
+        self.outside = other.outside.filter(|_| only);
+        self.hidden = other.hidden.filter(|_| only);
         self.spheres = self.spheres.max(other.spheres);
         self.pixels += other.pixels;
+        self.tiles += other.tiles;
+        self.empty += other.empty;
         self.entries += other.entries;
+        self.tests += other.tests;
         self.undecided += other.undecided;
+        self.small += other.small;
         self.exact += other.exact;
+    }
+}
+
+impl Counts {
+    /// Notes what was met, if it was met in all of the picture at once.
+    pub fn note(&mut self, whole: bool, met: Met) {
+        self.outside = whole.then(|| self.spheres.saturating_sub(met.on_screen));
+        self.hidden = whole.then(|| met.on_screen.saturating_sub(met.listed));
     }
 }
 

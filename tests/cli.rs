@@ -358,3 +358,56 @@ fn every_committed_scene_draws() {
         assert!(colors.len() >= 3, "{name} shows {} colours", colors.len());
     }
 }
+
+#[test]
+fn explain_says_what_would_run_and_draws_nothing() {
+    let folder = folder_with(SCENE);
+    let explain = |args: &[&str]| {
+        let output = succeed(folder.path(), &[&["render", "scene.toml", "--explain"], args].concat());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let text = explain(&["--device", "cpu"]);
+    for words in
+        ["40 x 30 pixels", "cpu, as asked for", "no tests: no sphere reaches near (0)", "not asked for: ids", "palette"]
+    {
+        assert!(text.contains(words), "{text}");
+    }
+    assert!(explain(&["--device", "gpu", "--ids", "i.npy"]).contains("one buffer"));
+    assert!(explain(&["--region", "1,2,30,20", "-o", "none", "--ids", "i.npy"]).contains("30 x 20 from 1,2"));
+    assert!(explain(&[]).contains("--device chooses another"));
+    assert_eq!(names(folder.path()), ["scene.toml"]);
+}
+
+#[test]
+fn stats_count_what_was_skipped() {
+    let folder = tempfile::tempdir().unwrap();
+    // Off the screen, behind, beyond far; one behind another in one tile; nothing in most tiles.
+    let ball = |x: f64, y: f64| format!("[[sphere]]\ncenter = [{x:?}, {y:?}, 0.0]\nradius = 0.4\n");
+    let spheres = [(5.0, 0.5), (7.0, 0.5), (5.0, 90.0), (-5.0, 0.5), (500.0, 0.5)].map(|(x, y)| ball(x, y)).concat();
+    let scene =
+        format!("[camera]\nview = [1, 0, 0]\nwidth = 10\nfar = 100\n[image]\nwidth = 320\nheight = 320\n{spheres}");
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    for (device, tiles) in [("cpu", 100), ("gpu", 1600)] {
+        let args = ["render", "scene.toml", "-o", "none", "--stats", "--device", device];
+        let stats: serde_json::Value = serde_json::from_slice(&succeed(folder.path(), &args).stdout).unwrap();
+        let counts = &stats["counts"];
+        assert_eq!(
+            (&counts["outside"], &counts["hidden"], &counts["tiles"]),
+            (&3.into(), &0.into(), &tiles.into()),
+            "{counts}"
+        );
+        let (empty, entries) = (counts["empty"].as_u64().unwrap(), counts["entries"].as_u64().unwrap());
+        assert!(empty > tiles * 8 / 10 && empty < tiles && entries >= 2 * (tiles - empty), "{counts}");
+    }
+    // Enough spheres, and a wall before them: most are never looked at closely.
+    succeed(folder.path(), &["make", "cloud", "cloud", "--count", "200000"]);
+    let file = "[camera]\norigin = [3, 3, 3]\nview = [-1, -1, -1]\nwidth = 0.8\n[image]\nwidth = 256\nheight = 256\n\
+        [[sphere]]\ncenter = [2, 2, 2]\nradius = 0.75\n\
+        [[spheres]]\ncenters = 'cloud/centers.npy'\nradii = 'cloud/radii.npy'\n";
+    fs::write(folder.path().join("wall.toml"), file).unwrap();
+    let args = ["render", "wall.toml", "-o", "none", "--stats", "--device", "cpu"];
+    let stats: serde_json::Value = serde_json::from_slice(&succeed(folder.path(), &args).stdout).unwrap();
+    let counts = &stats["counts"];
+    let (outside, hidden) = (counts["outside"].as_u64().unwrap(), counts["hidden"].as_u64().unwrap());
+    assert!(outside > 10_000 && outside < 200_000 && hidden > 10_000 && outside + hidden <= 200_001, "{counts}");
+}

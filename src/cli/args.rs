@@ -144,6 +144,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "K", default_value_t = 0, requires = "visibility", value_parser = clap::value_parser!(u64).range(..=MAX_FIRST))]
     first_index: u64,
 
+    /// Draw nothing: print what would run, what would be skipped and why, and how much memory that would need
+    #[arg(long)]
+    explain: bool,
+
     /// Print one JSON object on standard output: device, counts, milliseconds of every step
     #[arg(long)]
     stats: bool,
@@ -263,6 +267,8 @@ pub(super) struct RenderRequest {
     pub outputs: Outputs,
     /// Index of the first sphere in the whole.
     pub first_index: u64,
+    /// Whether to explain instead of drawing.
+    pub explain: bool,
     /// Instead of the scene's size.
     pub size: Option<ImageSize>,
     /// Which part.
@@ -284,8 +290,8 @@ impl RenderArgs {
         let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
         let (ids, depth, visibility) = (target(self.ids), target(self.depth), target(self.visibility));
         let outputs = Outputs { picture, ids, depth, visibility }.checked(self.stats)?;
-        let Self { scene, first_index, size, region, device, stats, .. } = self;
-        Ok(RenderRequest { scene, outputs, first_index, size, region, device, stats })
+        let Self { scene, first_index, explain, size, region, device, stats, .. } = self;
+        Ok(RenderRequest { scene, outputs, first_index, explain, size, region, device, stats })
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod args;
 mod bench;
+mod explain;
 mod info;
 mod make;
 mod merge;
@@ -36,6 +37,9 @@ enum Failure {
     /// Arguments that make no sense together.
     #[error("{0}")]
     Usage(String),
+    /// More memory than there is.
+    #[error("{0}")]
+    Memory(String),
     /// Bad input.
     #[error("{0}")]
     Load(#[from] LoadError),
@@ -66,7 +70,7 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Load(_) | Self::Merge(_) => 2,
+            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Merge(_) => 2,
             Self::Device(_) | Self::Draw(_) => 3,
             Self::Check(_) => 1,
             Self::Bench(error) => match error {

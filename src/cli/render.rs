@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::{
     Failure,
     args::RenderRequest,
+    explain,
     planes::{self, Found, Indices, Picture, Spent},
     print,
     progress::Progress,
@@ -88,6 +89,11 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     }
 
     let scene = &loaded.scene;
+    let facts = explain::facts(request, scene, &view, region, &device);
+    if request.explain {
+        return explain::print_lines(&facts, scene, &view);
+    }
+    explain::check_memory(&facts)?;
     let end = request.first_index + scene.len() as u64;
     let meta = Meta {
         view,

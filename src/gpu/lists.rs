@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::order::Order;
 use crate::{
-    bins::{Binner, Item, Keep, Window, Workspace},
+    bins::{Binner, Item, Keep, Met, Window, Workspace},
     camera::Region,
     exact::decide::Truth,
     plan::{Lists, TILE},
@@ -68,6 +68,8 @@ pub struct Wave {
     /// World units.
     nearest: Vec<f64>,
     disorder: f64,
+    /// What was met on the way.
+    pub met: Met,
 }
 
 impl Wave {
@@ -86,6 +88,7 @@ impl Wave {
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);
+        self.met = lists.met;
         self.starts.clear();
         self.starts.extend(lists.starts.iter().step_by(grid.slabs as usize));
         lists

@@ -11,10 +11,10 @@
 pub mod adapters;
 mod decide;
 mod execute;
-mod lists;
+pub mod lists;
 mod memory;
 pub mod naive;
-mod order;
+pub mod order;
 
 use std::{
     num::NonZeroU64,
@@ -26,7 +26,7 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    bins::{self, KeepAll},
+    bins::{self, KeepAll, Met},
     camera::{Region, View},
     cpu::Cpu,
     exact::decide::{Tally, Truth},
@@ -149,6 +149,11 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// Spheres in one buffer, and what one dispatch may hold.
+    pub fn capacity(&self) -> (usize, Limits) {
+        (self.chunk, self.limits)
+    }
+
     /// Bytes of spheres that were sent, and dispatches, since the device was opened.
     pub fn activity(&self) -> (u64, u64) {
         (self.uploads, self.executor.dispatches)
@@ -261,12 +266,14 @@ impl Gpu {
         let mut single = true;
         let mut waves = 0;
         let mut projector = None;
+        let mut met = Met::default();
         for chunk in chunks {
             let mut left = bins::split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
                 let begin = Instant::now();
                 projector = Some(self.wave.collect(spheres, region, &mut left, self.limits.wave, &KeepAll));
                 waves += 1;
+                met += self.wave.met;
                 drawing.counts.entries += self.wave.entries.len();
                 let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
                 let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
@@ -290,6 +297,9 @@ impl Gpu {
             slot_of[tile as usize] = if single { place as u32 } else { tile };
         }
         band.host.iter().for_each(|&tile| slot_of[tile as usize] = HOST);
+        drawing.counts.tiles += band.tiles();
+        drawing.counts.empty += slot_of.iter().filter(|&&slot| slot == BACKGROUND).count();
+        drawing.counts.note(region == drawing.region, met);
         let places = match (single, slots.is_empty()) {
             (_, true) => 0,
             (true, false) => slots.len(),

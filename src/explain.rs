@@ -1,0 +1,426 @@
+//! What a picture will take, before it is drawn: what runs, what is skipped and why, and how much memory that needs.
+//!
+//! [`survey`] looks at the scene, [`Facts`] say the rest, and all else here is pure: [`lines`] puts the facts into words, and
+//! [`memory`] adds them up. `render --explain` prints the words, and `render` does not begin what cannot fit.
+
+use crate::{
+    bins::Binner,
+    camera::{ImageSize, Projection, Region},
+    exact::decide::Truth,
+    project::{BATCH, Batch},
+    scene::Scene,
+};
+
+/// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene, by proportion where not all were looked at.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Survey {
+    /// One batch of 64 spheres in so many was looked at; 1: all.
+    pub step: usize,
+    /// Spheres that no pixel's ray can meet: off the screen, outside the clip range, or between the rays.
+    pub outside: u64,
+    /// Spheres on the screen that a clip plane may cut.
+    pub cut: u64,
+    /// Entries of tile lists before anything hides anything: a sphere has one in each tile that its box touches.
+    pub entries: u64,
+    /// Tiles.
+    pub tiles: u64,
+    /// Tiles that no sphere that was looked at touches.
+    pub empty: u64,
+    /// Whether the box of the scene reaches near, and far: if not, no sphere does.
+    pub reaches: [bool; 2],
+}
+
+/// Looks at the spheres of a scene (at about `most` of them) as the tiles of a region have them, with sides of `1 << shift` pixels.
+pub fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: usize) -> Survey {
+    let step = scene.len().div_ceil(most.max(BATCH));
+    let step = step.max(1);
+    let Binner { projector, grid, .. } = Binner::new(scene, truth, region, shift);
+    let mut survey = Survey { step, tiles: grid.tiles() as u64, ..Survey::default() };
+    let mut touched = vec![false; grid.tiles()];
+    let mut batch = Batch::default();
+    let mut looked = 0;
+    for (_, block) in scene.blocks() {
+        for first in (0..block.len()).step_by(step * BATCH) {
+            projector.project_batch(block, first, &mut batch);
+            projector.footprints(&mut batch);
+            looked += batch.len as u64;
+            for k in 0..batch.len {
+                let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
+                if left > right || top > bottom {
+                    survey.outside += 1;
+                    continue;
+                }
+                survey.cut += u64::from(projector.cuts(&batch.sphere(k)));
+                let [left, right, top, bottom] = [left, right, top, bottom].map(|at| at as usize >> shift);
+                survey.entries += (right - left + 1) as u64 * (bottom - top + 1) as u64;
+                for row in top..=bottom {
+                    touched[row * grid.columns as usize..][left..=right].fill(true);
+                }
+            }
+        }
+    }
+    survey.empty = touched.iter().filter(|touched| !**touched).count() as u64;
+    let whole = |part: u64| (u128::from(part) * scene.len() as u128 / u128::from(looked.max(1))) as u64;
+    (survey.outside, survey.cut, survey.entries) = (whole(survey.outside), whole(survey.cut), whole(survey.entries));
+    if !scene.is_empty() {
+        let bounds = scene.bounds();
+        for corner in 0..8 {
+            let pick = |k: usize| if corner >> k & 1 == 0 { bounds.min_center[k] } else { bounds.max_center[k] };
+            let s = projector.project([0, 1, 2].map(pick).into(), bounds.max_radius);
+            // What overflows may reach anything.
+            survey.reaches[0] |= !(s.nearest() > projector.near);
+            survey.reaches[1] |= !(s.z + s.r + s.bound() < projector.far);
+        }
+    }
+    survey
+}
+
+/// What draws.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Engine {
+    /// The native device.
+    Cpu {
+        /// Threads.
+        threads: usize,
+        /// From this many spheres on it draws the front ones first.
+        sampled: usize,
+    },
+    /// wgpu.
+    Gpu {
+        /// Its memory is the host's.
+        software: bool,
+        /// Spheres in one buffer.
+        chunk: usize,
+    },
+}
+
+/// Everything that decides what runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// What draws.
+    pub engine: Engine,
+    /// The device in words, and why it was taken.
+    pub device: String,
+    /// Number of spheres.
+    pub spheres: usize,
+    /// The whole image.
+    pub image: ImageSize,
+    /// What is drawn of it.
+    pub region: Region,
+    /// How rays run.
+    pub projection: Projection,
+    /// Clip planes, world units.
+    pub planes: [f64; 2],
+    /// Side of a tile, pixels.
+    pub tile: u32,
+    /// Entries of tile lists in memory at a time, and bytes of each.
+    pub wave: [usize; 2],
+    /// Pixels that the device draws at a time.
+    pub band: usize,
+    /// Pixels of the planes that lie in memory at a time: a larger picture is written as it is drawn.
+    pub held: usize,
+    /// Whether a PNG is asked for.
+    pub picture: bool,
+    /// Whether ids are.
+    pub ids: bool,
+    /// Whether depths are.
+    pub depth: bool,
+    /// Whether what merging needs is.
+    pub visibility: bool,
+    /// What a look at the spheres told.
+    pub survey: Survey,
+}
+
+/// Bytes that a picture needs beyond the scene itself (whose mapped files the system may drop and read again). On the safe side.
+pub fn memory(facts: &Facts) -> u64 {
+    let pixels = facts.region.pixels().min(facts.held) as u64;
+    let spheres = facts.spheres as u64;
+    let entries = facts.survey.entries.min(facts.wave[0] as u64) * facts.wave[1] as u64;
+    // The program, its threads, an encoder's buffers, and bytes that wait in memory to be written.
+    let base = 32 << 20;
+    let planes = pixels * (4 + 4 * u64::from(facts.depth)) + u64::from(facts.visibility) * ((16 << 20) + spheres / 8);
+    let device = match facts.engine {
+        // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes several turns.
+        Engine::Cpu { sampled, .. } => {
+            let turns = facts.spheres >= sampled || facts.survey.entries > facts.wave[0] as u64;
+            u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64
+        }
+        // The order of the spheres; on a software device their copy, and all that is known of pixels.
+        Engine::Gpu { software, .. } => {
+            let band = facts.region.pixels().min(facts.band) as u64;
+            let driver = if software { 96 << 20 } else { 160 << 20 };
+            spheres * 12 + driver + 8 * band + u64::from(software) * (16 * spheres + 20 * band)
+        }
+    };
+    base + planes + entries + device
+}
+
+/// A number with its unit of a thousand, a million or a thousand million bytes.
+pub fn bytes(bytes: u64) -> String {
+    match bytes {
+        0..10_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        10_000_000..1_000_000_000 => format!("{} MB", bytes / 1_000_000),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+/// What runs and what does not, in words: a topic, and what there is to say.
+pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
+    let Facts { survey, region, image, spheres, .. } = facts;
+    let all = survey.step == 1;
+    let about = if all { "" } else { "about " };
+    let mut lines = Vec::new();
+    let part = match *region == Region::whole(*image) {
+        true => String::new(),
+        false => format!(", of which {} x {} from {},{} are drawn", region.width, region.height, region.x, region.y),
+    };
+    lines.push(("picture", format!("{} x {} pixels{part}", image.width, image.height)));
+    lines.push(("device", facts.device.clone()));
+    if *spheres == 0 {
+        lines
+            .push(("spheres", "none: nothing is projected, listed, drawn or decided; everything is background".into()));
+    } else {
+        let looked = if all { "all were looked at".into() } else { format!("one in {} was looked at", survey.step) };
+        let outside = match survey.outside {
+            0 if all => "none is skipped at once".into(),
+            outside => {
+                format!(
+                    "{about}{outside} are off screen, outside the clip range or between the rays: projected, then skipped"
+                )
+            }
+        };
+        lines.push(("spheres", format!("{spheres}; {outside} ({looked})")));
+        drawing(facts, about, &mut lines);
+    }
+    lines.push(("planes", planes(facts)));
+    if facts.picture {
+        let kind = match region.pixels() <= facts.held {
+            true => "palette of up to 256 colours if no more are seen, else RGB; never alpha",
+            false => "RGB, written row by row: the picture is too large to wait for all of its colours",
+        };
+        lines.push(("PNG", kind.into()));
+    }
+    lines.push(("memory", format!("about {} beyond the scene's own files", bytes(memory(facts)))));
+    lines
+}
+
+/// What draws the spheres.
+fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) {
+    let Facts { survey, spheres, region, .. } = facts;
+    let rays = match facts.projection {
+        Projection::Orthographic => "parallel rays; the code for perspective is not used",
+        Projection::Perspective => "perspective rays; the code for parallel ones is not used",
+    };
+    lines.push(("rays", rays.into()));
+    let [near, far] = facts.planes;
+    let clip = match survey.reaches {
+        [false, false] if far == f64::INFINITY => {
+            format!("no tests: no sphere reaches near ({near}), and there is no far plane")
+        }
+        [false, false] => format!("no tests: no sphere reaches near ({near}) or far ({far})"),
+        reaches => {
+            let which = match reaches {
+                [true, true] => format!("near ({near}) and far ({far})"),
+                [true, false] => format!("near ({near})"),
+                _ => format!("far ({far})"),
+            };
+            format!("spheres may reach {which}: {about}{} that may be cut are tested, the others are not", survey.cut)
+        }
+    };
+    lines.push(("clip", clip));
+    let empty = match survey.step {
+        1 => format!("{} of them with no sphere: skipped", survey.empty),
+        _ => "those with no sphere are skipped".into(),
+    };
+    lines.push(("tiles", format!("{} of {} x {} pixels, {empty}", survey.tiles, facts.tile, facts.tile)));
+    let waves = survey.entries.div_ceil(facts.wave[0].max(1) as u64).max(1);
+    let bands = region.pixels().div_ceil(facts.band.max(1));
+    let mut lists = format!("{about}{} entries if nothing were hidden, ", survey.entries);
+    lists += &match waves {
+        1 => "all at once".to_owned(),
+        waves => format!("in up to {waves} waves"),
+    };
+    if bands > 1 {
+        lists += &format!(", the picture in {bands} bands");
+    }
+    lines.push(("lists", lists));
+    let order = match facts.engine {
+        Engine::Cpu { sampled, .. } if *spheres >= sampled => {
+            "front spheres first, by a sample; what they hide is not looked at again".to_owned()
+        }
+        Engine::Cpu { sampled, .. } => format!("front to back in each tile; no sample first, below {sampled} spheres"),
+        Engine::Gpu { chunk, .. } => {
+            let buffers = spheres.div_ceil(chunk.max(1));
+            let words = if buffers == 1 { "one buffer".into() } else { format!("{buffers} buffers") };
+            format!("front to back in each tile; the spheres are sent to the device once, in {words}")
+        }
+    };
+    lines.push(("order", order));
+    lines
+        .push(("exact", "only for what the bounds of the filter leave open; none of it runs where they do not".into()));
+}
+
+/// Which planes are made.
+fn planes(facts: &Facts) -> String {
+    let all = [
+        (facts.picture, "picture"),
+        (facts.ids, "ids"),
+        (facts.depth, "depths"),
+        (facts.visibility, "what merging needs"),
+    ];
+    let of = |wanted: bool| {
+        let names: Vec<&str> = all.iter().filter(|(is, _)| *is == wanted).map(|(_, name)| *name).collect();
+        names.join(", ")
+    };
+    match (of(true), of(false)) {
+        (made, left) if made.is_empty() => format!("none; not asked for: {left}"),
+        (made, left) if left.is_empty() => made,
+        (made, left) => format!("{made}; not asked for: {left}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::{
+        camera::{Camera, ScreenSize, View},
+        scene::Sphere,
+    };
+
+    fn facts() -> Facts {
+        let image = ImageSize { width: 1000, height: 500 };
+        Facts {
+            engine: Engine::Cpu { threads: 2, sampled: 1000 },
+            device: "cpu".into(),
+            spheres: 100,
+            image,
+            region: Region::whole(image),
+            projection: Projection::Orthographic,
+            planes: [0.0, f64::INFINITY],
+            tile: 32,
+            wave: [1 << 20, 100],
+            band: 1 << 22,
+            held: 1 << 25,
+            picture: true,
+            ids: false,
+            depth: false,
+            visibility: false,
+            survey: Survey { step: 1, entries: 150, tiles: 512, empty: 12, ..Survey::default() },
+        }
+    }
+
+    /// Each change of the facts, and what it must, and must not, put into words.
+    #[test]
+    fn words_follow_the_facts() {
+        type Change = fn(&mut Facts);
+        let table: &[(Change, &[&str], &[&str])] = &[
+            (
+                |_| {},
+                &[
+                    "1000 x 500 pixels\n",
+                    "none is skipped",
+                    "all were looked at",
+                    "parallel rays",
+                    "no tests",
+                    "near (0)",
+                ],
+                &["about 150", "bands", "waves", "of which"],
+            ),
+            (|_| {}, &["12 of them with no sphere", "150 entries", "all at once", "palette", "no sample first"], &[]),
+            (|_| {}, &["picture; not asked for: ids, depths, what merging needs"], &[]),
+            (|f| f.spheres = 0, &["none: nothing is projected"], &["rays", "clip", "tiles", "lists"]),
+            (|f| f.survey.outside = 40, &["40 are off screen"], &["about 40", "none is skipped"]),
+            (
+                |f| (f.survey.step, f.survey.outside, f.spheres) = (16, 40, 5000),
+                &["about 40 are off screen", "one in 16", "about 150 entries", "front spheres first"],
+                &["12 of them"],
+            ),
+            (|f| f.projection = Projection::Perspective, &["perspective rays"], &["parallel rays;"]),
+            (|f| f.planes = [0.5, 9.0], &["no sphere reaches near (0.5) or far (9)"], &[]),
+            (
+                |f| (f.planes, f.survey.reaches, f.survey.cut) = ([0.5, 9.0], [true, false], 3),
+                &["may reach near (0.5): 3 that"],
+                &["far", "no tests"],
+            ),
+            (|f| f.survey.reaches = [false, true], &["may reach far (inf)"], &[]),
+            (|f| f.survey.entries = 3 << 20, &["in up to 3 waves"], &["all at once"]),
+            (|f| f.band = 100_000, &["in 5 bands"], &[]),
+            (|f| f.held = 100_000, &["RGB, written row by row"], &["palette"]),
+            (|f| f.picture = false, &["none; not asked for: picture, ids"], &["PNG"]),
+            (
+                |f| (f.ids, f.depth, f.visibility) = (true, true, true),
+                &["picture, ids, depths, what merging needs\n"],
+                &["not asked for"],
+            ),
+            (|f| f.engine = Engine::Gpu { software: true, chunk: 30 }, &["in 4 buffers"], &["sample"]),
+            (|f| f.engine = Engine::Gpu { software: false, chunk: 100 }, &["one buffer"], &[]),
+            (
+                |f| f.region = Region { x: 3, y: 4, width: 50, height: 60 },
+                &["1000 x 500 pixels, of which 50 x 60 from 3,4"],
+                &[],
+            ),
+        ];
+        for (k, (change, present, absent)) in table.iter().enumerate() {
+            let mut facts = facts();
+            change(&mut facts);
+            let text: String = lines(&facts).iter().map(|(topic, words)| format!("{topic}: {words}\n")).collect();
+            present.iter().for_each(|word| assert!(text.contains(word), "row {k} lacks {word:?}:\n{text}"));
+            absent.iter().for_each(|word| assert!(!text.contains(word), "row {k} has {word:?}:\n{text}"));
+        }
+    }
+
+    #[test]
+    fn memory_grows_with_what_is_held() {
+        let small = memory(&facts());
+        let with = |change: fn(&mut Facts)| {
+            let mut facts = facts();
+            change(&mut facts);
+            memory(&facts)
+        };
+        assert!(with(|f| f.depth = true) == small + 4 * 500_000);
+        // Beyond what is held at a time, a picture takes no more.
+        let side = |side: u32| {
+            let mut facts = facts();
+            facts.region = Region { x: 0, y: 0, width: side, height: side };
+            memory(&facts)
+        };
+        assert!(side(32768) == side(8192) && side(4096) < side(8192));
+        // Mapped spheres cost the native device nothing but a bit where they may be seen, a software device its copy.
+        assert!(with(|f| f.spheres = 999) == small);
+        assert!(with(|f| f.engine = Engine::Gpu { software: true, chunk: 1 << 23 }) > small);
+        let many = with(|f| (f.spheres, f.engine) = (100_000_000, Engine::Gpu { software: true, chunk: 1 << 23 }));
+        assert!(many > 2_800_000_000 && many < 4_000_000_000);
+        assert_eq!(bytes(1_234_567), "1.2 MB");
+        assert_eq!(bytes(123_456_789), "123 MB");
+        assert_eq!(bytes(12_345_678_901), "12.3 GB");
+    }
+
+    #[test]
+    fn a_survey_counts_what_a_scene_shows() {
+        let ball = |x: f64, y: f64| Sphere { center: DVec3::new(x, y, 0.0), radius: 0.25, color: [0; 3] };
+        // On screen, cut by near, behind, beside, beyond far.
+        let spheres = [ball(5.0, 0.6), ball(1.1, -0.6), ball(-5.0, 0.0), ball(5.0, 50.0), ball(99.0, 0.0)];
+        let scene = Scene::from_spheres(&spheres).unwrap();
+        let camera = Camera {
+            size: ScreenSize::Width(4.0),
+            near: 1.0,
+            far: 50.0,
+            ..Camera::orthographic(DVec3::ZERO, DVec3::X)
+        };
+        let view = View::new(camera, ImageSize { width: 64, height: 64 });
+        let truth = Truth::new(&view, scene.bounds());
+        let found = survey(&scene, &truth, Region::whole(view.image), 4, 1000);
+        assert_eq!((found.outside, found.cut, found.tiles, found.step), (3, 1, 16, 1));
+        assert_eq!(found.reaches, [true, true]);
+        // Eight pixels about each of two points, each in the middle of four tiles' sides or so.
+        assert!(found.entries >= 2 && found.entries <= 8 && found.empty == 16 - found.entries, "{found:?}");
+        let many = Scene::from_spheres(&vec![ball(5.0, 0.6); 10_000]).unwrap();
+        let part = survey(&many, &Truth::new(&view, many.bounds()), Region::whole(view.image), 4, 1000);
+        assert!(part.step == 10 && part.entries % 10_000 == 0 && part.reaches == [false, false], "{part:?}");
+        let none = Scene::from_spheres(&[]).unwrap();
+        let none = survey(&none, &Truth::new(&view, none.bounds()), Region::whole(view.image), 4, 1000);
+        assert_eq!((none.entries, none.empty, none.reaches), (0, 16, [false, false]));
+    }
+}
