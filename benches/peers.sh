@@ -14,7 +14,8 @@
 #   apt-get install g++ libembree-dev libtbb-dev tachyon povray
 # (Debian 12 has Embree 3.13; releases with Embree 4 only do not have this interface.) What is missing is skipped, loudly.
 #
-# Ratios are theirs over ours, of wall time, round by round: above 1 planisphere is faster. The processes run one after
+# Ratios are theirs over ours, round by round: above 1 planisphere is faster. cpu is processor time of all threads, which other
+# work on the machine disturbs less than wall time. The processes run one after
 # another in each round; medians are of the rounds after one that does not count.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -26,7 +27,7 @@ side=1024 width=1.9
 origin=(10.5 10.5 8.0) view=(-1 -1 -0.75) up=(0 0 1)
 
 usage() {
-    sed -n '2,19s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+    sed -n '2,20s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
 }
 
 whole() {
@@ -116,18 +117,19 @@ write_povray() {
     } >"$folder/scene.pov"
 }
 
-# Median milliseconds of a moved frame of ours, one process.
+# Median milliseconds of a moved frame of ours, wall and processor time, one process.
 our_frame() {
     "$ours" bench speed --scene "$folder/peer.toml" --device cpu --frames "$frames" --runs 0 --no-baselines --json 2>/dev/null |
-        sed 's/.*"moved":{"wall":{"median":\([0-9.e+-]*\).*/\1/'
+        sed 's/.*"moved":{"wall":{"median":\([0-9.e+-]*\)[^}]*},"cpu":{"median":\([0-9.e+-]*\).*/\1 \2/'
 }
 
 embree_arguments() {
     echo "$folder/centers.npy $r ${origin[*]} ${view[*]} ${up[*]} $width $side $1 $2 $3"
 }
 
-median() {
-    sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'
+# The median of a column of the frames.
+column() {
+    awk -v k="$1" '{ print $k }' "$folder/frames" | sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'
 }
 
 for ((count = 1000; count <= most; count *= 10)); do
@@ -173,16 +175,15 @@ for ((count = 1000; count <= most; count *= 10)); do
     if [[ -n "$embree" ]]; then
         read -ra arguments <<<"$(embree_arguments medium "$folder/embree.npy" 0)"
         printf 'Embree against planisphere: %s\n' "$("$embree" "${arguments[@]}" "$folder/ours.npy")"
-        : >"$folder/ours" >"$folder/theirs" >"$folder/ratios"
+        : >"$folder/frames"
         for ((round = 0; round < runs; round++)); do
             a=$(our_frame)
             read -ra arguments <<<"$(embree_arguments medium "$folder/embree.npy" "$frames")"
             b=$("$embree" "${arguments[@]}" | sed -n 's/^frame_ms //p')
-            echo "$a" >>"$folder/ours"
-            echo "$b" >>"$folder/theirs"
-            awk -v a="$a" -v b="$b" 'BEGIN { print b / a }' >>"$folder/ratios"
+            # Wall and processor time of ours, then of theirs, and both ratios.
+            echo "$a $b" | awk '{ print $1, $2, $3, $4, $3 / $1, $4 / $2 }' >>"$folder/frames"
         done
-        printf '%s spheres, a frame after the camera has moved: planisphere %.2f ms, Embree (medium build) %.2f ms, ratio %.2f\n' \
-            "$count" "$(median <"$folder/ours")" "$(median <"$folder/theirs")" "$(median <"$folder/ratios")"
+        printf '%s spheres, a frame after the camera has moved, wall (cpu) ms: planisphere %.2f (%.2f), Embree %.2f (%.2f), ratio %.2f (%.2f)\n' \
+            "$count" "$(column 1)" "$(column 2)" "$(column 3)" "$(column 4)" "$(column 5)" "$(column 6)"
     fi
 done

@@ -306,13 +306,23 @@ fn run_time(args: TimeArgs) -> Result<(), Failure> {
             }
         }
     }
-    let mut table = Table::new(&["command", "wall ms", "least", "greatest", "cpu ms", "peak MB", "wall over first"]);
+    let mut table = Table::new(&[
+        "command",
+        "wall ms",
+        "least",
+        "greatest",
+        "cpu ms",
+        "peak MB",
+        "wall over first",
+        "cpu over first",
+    ]);
     let walls: Vec<Vec<f64>> = costs.iter().map(|costs| costs.iter().map(|cost| cost.wall).collect()).collect();
+    let cpus: Vec<Vec<f64>> = costs.iter().map(|costs| costs.iter().filter_map(|cost| cost.cpu).collect()).collect();
     for (k, costs) in costs.iter().enumerate() {
         let name =
             args.names.get(k).cloned().unwrap_or_else(|| commands[k].join(" ".as_ref()).to_string_lossy().into_owned());
         let wall = Summary::of(&walls[k]);
-        let cpu = Summary::of(&costs.iter().filter_map(|cost| cost.cpu).collect::<Vec<_>>());
+        let cpu = Summary::of(&cpus[k]);
         let peak = costs.iter().filter_map(|cost| cost.peak).max();
         let ratio = Summary::of_ratios(&walls[k], &walls[0]);
         table.row(vec![
@@ -323,6 +333,7 @@ fn run_time(args: TimeArgs) -> Result<(), Failure> {
             number(cpu.map(|s| s.median)),
             number(peak.map(|bytes| bytes as f64 * 1e-6)),
             number(ratio.map(|s| s.median)),
+            number(Summary::of_ratios(&cpus[k], &cpus[0]).map(|s| s.median)),
         ]);
     }
     print(&table.text())
