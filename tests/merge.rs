@@ -16,12 +16,12 @@ use glam::DVec3;
 use planisphere::{
     camera::{Projection, Region, View},
     exact::decide::Truth,
-    frame::{Paint, depth_plane, depths, write_png},
+    frame::{Paint, depth_plane, depths, distance_bounds, write_png},
     load,
     part::{
         Meta, Part, Pixel, Seen,
         merge::{Merge, MergeError},
-        write::{PartWriter, distance_bounds},
+        write::PartWriter,
     },
     render::{Device, DeviceChoice},
     scene::{Scene, Sphere},
@@ -48,7 +48,7 @@ fn draw_part(
         ranges: if range.is_empty() { vec![] } else { vec![range.start as u64..range.end as u64] },
         bounds: (!range.is_empty()).then(|| own.bounds()),
     };
-    let bounds = distance_bounds(&own, &Truth::new(view, own.bounds()), region, &ids);
+    let bounds = distance_bounds(&own, &Truth::new(view, own.bounds()), region, &ids).unwrap();
     let mut seen = Seen::new(own.len());
     seen.mark(&ids);
     let global = |id: i32| if id < 0 { -1 } else { i64::from(id) + range.start as i64 };

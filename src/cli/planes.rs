@@ -9,11 +9,7 @@ use crate::{
     exact::decide::Truth,
     frame::{self, Paint, PngFile, PngRows},
     output::{OutputError, Staged, Target},
-    part::{
-        Meta, Pixel, Seen,
-        merge::MergeError,
-        write::{PartWriter, distance_bounds},
-    },
+    part::{Meta, Pixel, Seen, merge::MergeError, write::PartWriter},
     scene::Scene,
 };
 
@@ -146,7 +142,8 @@ pub(super) fn write(
                 let bounds = match &bounds {
                     Some(bounds) => &bounds[place.clone()],
                     None => {
-                        found = timed(&mut spent.depth, || distance_bounds(scene, truth, some, &ids[place.clone()]));
+                        let work = || frame::distance_bounds(scene, truth, some, &ids[place.clone()]);
+                        found = timed(&mut spent.depth, work).ok_or(MergeError::NotSeen)?;
                         &found
                     }
                 };

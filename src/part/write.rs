@@ -18,7 +18,6 @@
 
 use std::io::{self, Write};
 
-use rayon::prelude::*;
 use zip::{
     CompressionMethod, ZipWriter,
     write::{SimpleFileOptions, StreamWriter},
@@ -27,47 +26,9 @@ use zip::{
 use super::{Meta, Pixel, Pixels, VERSION};
 use crate::{
     camera::{Projection, Region, ScreenSize},
-    exact::decide::{DISTANCE_ERROR, Tally, Truth},
     frame::{npy_header, npy_record_header},
-    scene::{Scene, Sphere},
+    scene::Sphere,
 };
-
-/// Below this, in world units, distances may have fewer bits: their bounds are 0 and this.
-const LEAST: f64 = 1e-290;
-
-/// Bounds of the distances of the ids of a region, which must be the nearest spheres there; infinite where the id is -1.
-///
-/// # Panics
-/// When the ids are not those of this region and view.
-pub fn distance_bounds(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Vec<[f64; 2]> {
-    assert_eq!(ids.len(), region.pixels(), "the ids are the region's");
-    let width = region.width as usize;
-    let mut bounds = vec![[f64::INFINITY; 2]; ids.len()];
-    let rows = bounds.par_chunks_mut(width).zip(ids.par_chunks(width)).zip(region.y..region.y + region.height);
-    rows.for_each(|((bounds, ids), row)| {
-        for ((bounds, &id), column) in bounds.iter_mut().zip(ids).zip(region.x..) {
-            if let Ok(index) = usize::try_from(id) {
-                let pixel = truth.pixel(column, row);
-                let hit = pixel.hit(scene.sphere(index).into(), &mut Tally::default());
-                *bounds = around(pixel.distance(&hit.expect("the ids are this view's")));
-            }
-        }
-    });
-    bounds
-}
-
-/// Certain bounds of what is within [`DISTANCE_ERROR`] of a distance.
-fn around(distance: f64) -> [f64; 2] {
-    if distance < LEAST {
-        return [0.0, 2.0 * LEAST];
-    }
-    if distance == f64::INFINITY {
-        // Beyond f64, or all but.
-        return [0.5 * f64::MAX, f64::INFINITY];
-    }
-    // Twice the error covers the roundings here.
-    [distance * (1.0 - 2.0 * DISTANCE_ERROR), distance * (1.0 + 2.0 * DISTANCE_ERROR)]
-}
 
 /// A part on its way out: first its pixels, row by row, then its spheres.
 pub struct PartWriter<'a, W: Write> {
