@@ -158,6 +158,30 @@ fn doubt() {
     }
 }
 
+/// `E` where squares underflow: the same numbers 2^540 times smaller, whose exact `q` is 2^1080 times smaller.
+#[test]
+fn underflow() {
+    let mut random = Random::new(16);
+    let (small, large) = (f64::from_bits((1023 - 540) << 52), f64::from_bits((1023 + 540) << 52));
+    let mut lost = 0;
+    for stage in stages(&mut random, Projection::Orthographic) {
+        for _ in 0..20_000 {
+            let start = silhouette(&mut random);
+            let input = stage.near_ray(&mut random, start);
+            let (s, e) = (projected(&stage, input), stage.exact(input));
+            let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+            let tiny = Projected { x: s.x * small, y: s.y * small, z: s.z * small, r: s.r * small };
+            let m = Margins::new::<false>(&tiny, stage.projector.screen);
+            let (q, _) = Row::new::<false>(&tiny, sy * small).meet::<f64, false>(sx * small);
+            let off = error(q * large * large, e.q).abs();
+            assert!(off <= m.doubt * large * large, "{off:e} against {:e} at {input:?} (seed 16)", m.doubt);
+            let (plain, _) = Row::new::<false>(&s, sy).meet::<f64, false>(sx);
+            lost += usize::from(off > 2.0 * error(plain, e.q).abs());
+        }
+    }
+    assert!(lost > 1000, "underflow cost only {lost} inputs anything");
+}
+
 /// `W`: depths of solid hits.
 #[test]
 fn width() {

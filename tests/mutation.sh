@@ -1,0 +1,172 @@
+#!/usr/bin/env bash
+# The proof that the tests prove something: each of a list of small faults is put into a copy of the sources, and a test that is
+# named with it must fail. Bounds are divided by eight, terms of bounds dropped, tie rules and comparisons turned round, short cuts
+# taken too early. A fault that no test finds fails this script.
+#
+#   tests/mutation.sh            all faults: half an hour and more on two cores, so it is not part of tests/run.sh
+#   tests/mutation.sh --few      one fault of each kind: five minutes or so after the first build
+#   tests/mutation.sh WORD...    faults whose names contain a word
+#
+# The copy lies in target/mutation/tree and has a target folder of its own, so that a fault costs the build of this crate alone.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+root=$PWD
+tree=$root/target/mutation/tree
+log=$root/target/mutation/log
+words=("$@")
+few=no
+if [[ "${1:-}" == --few ]]; then
+    few=yes
+    words=()
+fi
+
+# The sources as they are here, changes included; files that did not change keep their age, for cargo's sake.
+mkdir -p "$tree"
+rsync_list=$(git ls-files --cached --others --exclude-standard)
+while IFS= read -r file; do
+    if [[ -f "$file" ]] && ! cmp -s "$file" "$tree/$file"; then
+        mkdir -p "$tree/$(dirname "$file")"
+        cp "$file" "$tree/$file"
+    fi
+done <<<"$rsync_list"
+export CARGO_TARGET_DIR=$root/target/mutation/build
+export CARGO_INCREMENTAL=1 CARGO_PROFILE_RELEASE_DEBUG=false
+cd "$tree"
+
+found=0
+survivors=()
+faulty=()
+printf '%-58s %-34s %s\n' fault 'found by' result
+
+# fault NAME FILE OLD NEW CASE TEST...: OLD, which must be in the file once, becomes NEW; then the tests must fail.
+# CASE restricts the corpus to scenes with that word.
+fault() {
+    local name=$1 file=$2 old=$3 new=$4 case=$5
+    shift 5
+    if ((${#words[@]} > 0)); then
+        local word wanted=no
+        for word in "${words[@]}"; do
+            [[ "$name" == *"$word"* ]] && wanted=yes
+        done
+        [[ $wanted == yes ]] || return 0
+    fi
+    local count
+    count=$(OLD=$old perl -0777 -ne 'my $n = () = /\Q$ENV{OLD}\E/g; print $n' "$file")
+    if [[ "$count" != 1 ]]; then
+        printf '%-58s %-34s %s\n' "$name" "$*" "NOT THERE: $count times in $file"
+        faulty+=("$name")
+        return 0
+    fi
+    cp "$file" "$log.original"
+    OLD=$old NEW=$new perl -0777 -pi -e 's/\Q$ENV{OLD}\E/$ENV{NEW}/' "$file"
+    local result
+    if PLANISPHERE_CASE=$case timeout 900 cargo test --release --locked --all-features "$@" >"$log" 2>&1; then
+        result=SURVIVED
+        survivors+=("$name")
+    elif grep -q '^test result: FAILED' "$log"; then
+        result="found: $(grep -m1 -oP '^test \K\S+(?= \.\.\. FAILED)|^    \K\S+$' "$log" || true)"
+        found=$((found + 1))
+    else
+        result="NO ANSWER: $(grep -m1 -E '^error|signal|panicked' "$log" || true)"
+        faulty+=("$name")
+    fi
+    cp "$log.original" "$file"
+    printf '%-58s %-34s %s\n' "$name" "${*#--}" "$result"
+}
+
+# Faults that --few leaves out.
+more() {
+    [[ $few == yes ]] || fault "$@"
+}
+
+f=src/filter.rs
+fault 'E / 8' $f 'const DOUBT: f64 = 2.9;' 'const DOUBT: f64 = 2.9 / 8.0;' '' --test bounds doubt
+more 'never vague' $f 'const VAGUE: f64 = 1024.0;' 'const VAGUE: f64 = 0.0;' '' --test bounds doubt
+more 'T = E / 10' $f 'const SOLID: f64 = 4.0;' 'const SOLID: f64 = 0.1;' '' --test bounds width
+more 'W / 8, parallel' $f 'const WIDTH_PARALLEL: f64 = 0.58;' 'const WIDTH_PARALLEL: f64 = 0.58 / 8.0;' '' --test bounds width
+more 'W / 8, perspective' $f 'const WIDTH_PERSPECTIVE: f64 = 0.62;' 'const WIDTH_PERSPECTIVE: f64 = 0.62 / 8.0;' '' --test bounds width
+more 'rim / 8' $f 'const RIM: f64 = 1.14;' 'const RIM: f64 = 1.14 / 8.0;' '' --test bounds rim
+more 'rim of vague spheres without the place' $f 'const MIDDLE: f64 = 2.2;' 'const MIDDLE: f64 = 0.0;' '' --test bounds rim
+more 'rim of vague spheres / 8' $f 'let rim = spread.sqrt() * s.r + MIDDLE' 'let rim = spread.sqrt() * s.r / 8.0 + MIDDLE' '' --test bounds rim
+more 'bound of a plane / 8' $f 'pub const PLANE: f64 = 10.0 * U;' 'pub const PLANE: f64 = 10.0 / 8.0 * U;' '' --test bounds depths_of_the_screen
+more 'bound of y / a, over 8' $f 'pub const BACK: f64 = 10.0 * U;' 'pub const BACK: f64 = 10.0 / 8.0 * U;' '' --test bounds depths_of_the_screen
+more 'E without underflow' $f 'spread * (DOUBT * s.r * delta + FLOOR)' 'spread * (DOUBT * s.r * delta)' '' --test bounds underflow
+more 'far root not seen' $f '} else if first + width < near[0] && inside(second) {' '} else if first + width < near[0] && second < near[0] {' 'inside' --test exactness cpu::every_pixel
+more 'near root for far' $f '            second
+        } else {' '            first
+        } else {' 'inside' --test exactness cpu::every_pixel
+
+f=src/project.rs
+more 'P / 8' $f 'const POSITION: f64 = 8.0 * U;' 'const POSITION: f64 = U;' '' --test bounds position
+more 'nearest point without P' $f 'self.z - self.r - self.bound()' 'self.z - self.r' '' --test bounds nearest
+more 'footprint, widening / 8' $f 'pub const REACH: f64 = 1.5;' 'pub const REACH: f64 = 1.5 / 8.0;' '' --test bounds footprints
+more 'footprint, margin / 8' $f 'pub const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);' 'pub const MARGIN: f64 = f64::from_bits((1023 - 41) << 52);' '' --test bounds footprints
+fault 'slopes of tangents, bound / 8' $f 'pub const SLOPE: f64 = 12.0 * U;' 'pub const SLOPE: f64 = 1.5 * U;' '' --test bounds tangents
+more 'planes cut nothing' $f '!((s.z - s.r - bound > self.near) & (s.z + s.r + bound < self.far))' '(s.z - s.r - bound > self.far)' 'near ' --test exactness cpu::every_pixel
+
+f=src/bins.rs
+more 'edge of a slab, bound / 8' $f 'pub const EDGE: f64 = 4.0 * U;' 'pub const EDGE: f64 = 0.5 * U;' '' --test bounds slabs
+more 'tiles that miss a disc, bound / 8' $f 'pub const APART: f64 = 1.5;' 'pub const APART: f64 = 1.5 / 8.0;' '' --test bounds misses
+
+f=src/exact/dd.rs
+fault 'sum of pairs, bound / 8' $f 'const SUM: f64 = 3.0 * U * U;' 'const SUM: f64 = 3.0 / 8.0 * U * U;' '' --lib exact::dd
+more 'product of pairs, bound / 8' $f 'const PRODUCT: f64 = 5.0 * U * U;' 'const PRODUCT: f64 = 5.0 / 8.0 * U * U;' '' --lib exact::dd
+more 'no bound for underflow' $f 'const ABSOLUTE: f64 = f64::from_bits((1023 - 960) << 52);' 'const ABSOLUTE: f64 = 0.0;' '' --lib exact::dd
+more 'ends of a pair, bound / 8' $f 'let off = (self.error + self.high.abs() * f64::EPSILON) * UP;' 'let off = (self.error + self.high.abs() * (f64::EPSILON / 8.0)) * UP;' '' --lib exact::dd
+more 'components of axes, bound / 8' src/exact/axes.rs 'pub const ERROR: f64 = f64::from_bits((1023 - 107) << 52);' 'pub const ERROR: f64 = f64::from_bits((1023 - 110) << 52);' '' --lib exact::axes
+
+f=src/exact/decide.rs
+fault 'tangents miss' $f 'if sign_q < 0 {' 'if sign_q <= 0 {' '' --test exactness cpu::every_pixel
+
+more 'near plane left out' $f 'let root = if self.side(&numbers, Root::Near, Plane::Near, tally) >= 0 {' 'let root = if self.side(&numbers, Root::Near, Plane::Near, tally) > 0 {' 'near' --test exactness cpu::every_pixel
+more 'near plane left out for inner walls' $f '} else if self.side(&numbers, Root::Far, Plane::Near, tally) >= 0 {' '} else if self.side(&numbers, Root::Far, Plane::Near, tally) > 0 {' 'near' --test exactness cpu::every_pixel
+more 'far plane left out' $f 'root, Plane::Far, tally) <= 0)' 'root, Plane::Far, tally) < 0)' 'far' --test exactness cpu::every_pixel
+more 'inner walls at once' $f 'Self::Near => -1,' 'Self::Near => 1,' '' --test exactness cpu::every_pixel
+more 'depths of 100 bits whatever cancels' $f 'if y.is_within(0.25 * DISTANCE_ERROR) {' 'if y.is_within(1e300) || true {' 'camera' --test exactness depths_are
+more 'order of lattices: the radius does not drop out' src/exact/small.rs 'if same_radius && s == t' 'if s == t' '' --test exactness cpu::every_pixel
+
+f=src/cpu.rs
+fault 'ties to the higher index' $f 'order.then(index.total_cmp(&holder)).is_gt()' 'order.then(holder.total_cmp(&index)).is_gt()' '' --test exactness cpu::every_pixel
+more 'duplicates: the higher index' $f 'self.state.id[at] = holder.min(index);' 'self.state.id[at] = holder.max(index);' 'twice' --test exactness cpu::every_pixel
+more 'duplicates at a glance: the higher index' $f 'self.state.id[at] = twin.min(id);' 'self.state.id[at] = twin.max(id);' 'twice' --test exactness cpu::every_pixel
+more 'hidden by the nearest block' $f 'farthest = if block > farthest { block } else { farthest };' 'farthest = if farthest > f64::NEG_INFINITY { farthest } else { block };' '' --test exactness cpu::every_pixel
+more 'hidden by nothing' $f '    nearest > farthest
+}' '    nearest > farthest - 1.0
+}' '' --test exactness cpu::every_pixel
+more 'early stop a slab too soon' $f 'if self.depths.farthest < grid.slab_start(slab) {' 'if self.depths.farthest < grid.slab_start(slab + 1) {' '' --test exactness cpu::every_pixel
+more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
+
+f=src/plan.rs
+more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const ROTATION_ERROR: f64 = 3.125 / 8.0;' '' --test adversary places
+more 'f64 of the host, bound / 8' $f 'let error = power(-50) * spread' 'let error = power(-53) * spread' '' --test adversary places
+
+for rays in orthographic perspective; do
+    f=shaders/$rays.wgsl
+    more "GPU, $rays: E / 8" $f 'let error = SURE *' 'let error = 0.125 * SURE *' '' --test adversary squares
+    more "GPU, $rays: slack / 8" $f 'let slack = SURE *' 'let slack = 0.125 * SURE *' '' --test adversary depths
+    more "GPU, $rays: width / 8" $f 'slack + 0.8 * error / sqrt(max(safe, 1.0))' '0.125 * (slack + 0.8 * error / sqrt(max(safe, 1.0)))' '' --test adversary depths
+    more "GPU, $rays: spheres begin at the middle" $f 'z - slack - radius,' 'z,' '' --test adversary depths
+    more "GPU, $rays: all hits certain" $f 'let certain = radius >= 32.0' 'let certain = radius >= 0.0 * 32.0' '' --test adversary squares
+done
+f=shaders/orthographic.wgsl
+fault 'GPU, orthographic: E without the place' $f 'radius * (4.1 * frame.delta + 33.0 * U * radius)' 'radius * (33.0 * U * radius)' '' --test adversary squares
+more 'GPU, orthographic: E without roundings' $f 'radius * (4.1 * frame.delta + 33.0 * U * radius)' 'radius * (4.1 * frame.delta)' '' --test adversary squares
+more 'GPU, orthographic: E without the place squared' $f '+ 5.1 * frame.delta * frame.delta' '' '' --test adversary squares
+f=shaders/perspective.wgsl
+more 'GPU, perspective: E without the place' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (65.0 * U * k * radius)' '' --test adversary squares
+more 'GPU, perspective: E without roundings' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (3.7 * delta)' '' --test adversary squares
+more 'GPU, perspective: E without the place squared' $f '+ 4.4 * delta * delta' '' '' --test adversary squares
+more 'GPU: the best is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled
+more 'GPU: unsafe bests are kept' shaders/settle.wgsl 'named >= AGAIN || none' 'none' '' --test adversary settled
+more 'GPU: the best of two passes is the farther' shaders/finish_merge.wgsl 'found.high < old.high ||' 'found.high > old.high ||' '' --test adversary settled
+more 'GPU: the other of two passes is forgotten' shaders/finish_merge.wgsl 'min(min(old.rest, found.rest), select(found.low, old.low, better))' 'min(old.rest, found.rest)' '' --test adversary settled
+
+echo
+echo "$found faults found"
+if ((${#survivors[@]} > 0)); then
+    printf 'SURVIVED: %s\n' "${survivors[@]}"
+fi
+if ((${#faulty[@]} > 0)); then
+    printf 'no answer: %s\n' "${faulty[@]}"
+fi
+((${#survivors[@]} + ${#faulty[@]} == 0))
