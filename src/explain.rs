@@ -418,7 +418,7 @@ mod tests {
         assert!(found.entries >= 2 && found.entries <= 8 && found.empty == 16 - found.entries, "{found:?}");
         let many = Scene::from_spheres(&vec![ball(5.0, 0.6); 10_000]).unwrap();
         let part = survey(&many, &Truth::new(&view, many.bounds()), Region::whole(view.image), 4, 1000);
-        assert!(part.step == 10 && part.entries % 10_000 == 0 && part.reaches == [false, false], "{part:?}");
+        assert!(part.step == 10 && part.entries.is_multiple_of(10_000) && part.reaches == [false, false], "{part:?}");
         let none = Scene::from_spheres(&[]).unwrap();
         let none = survey(&none, &Truth::new(&view, none.bounds()), Region::whole(view.image), 4, 1000);
         assert_eq!((none.entries, none.empty, none.reaches), (0, 16, [false, false]));

@@ -99,7 +99,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
         view,
         region,
         background: loaded.background,
-        ranges: if scene.is_empty() { Vec::new() } else { vec![request.first_index..end] },
+        ranges: if scene.is_empty() { Vec::new() } else { std::iter::once(request.first_index..end).collect() },
         bounds: (!scene.is_empty()).then(|| scene.bounds()),
     };
     let truth = Truth::new(&view, scene.bounds());

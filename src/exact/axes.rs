@@ -211,7 +211,7 @@ mod tests {
                 (axes.forward, &axes.d, axes.a.clone()),
             ] {
                 for k in 0..3 {
-                    let root: UBig = ((&n[k] * &n[k] << (2 * PLACES)) / &square).into_parts().1.sqrt();
+                    let root: UBig = (((&n[k] * &n[k]) << (2 * PLACES)) / &square).into_parts().1.sqrt();
                     let exact = IBig::from_parts(n[k].sign(), root);
                     // A low part may have bits below 2^-300.
                     let pair = (integer(axis.high[k], -1000) + integer(axis.low[k], -1000)) >> (1000 - PLACES);
