@@ -45,7 +45,7 @@ fn draw_part(
         view: *view,
         region,
         background: BACKGROUND,
-        ranges: if range.is_empty() { vec![] } else { vec![range.start as u64..range.end as u64] },
+        ranges: if range.is_empty() { vec![] } else { std::iter::once(range.start as u64..range.end as u64).collect() },
         bounds: (!range.is_empty()).then(|| own.bounds()),
     };
     let bounds = distance_bounds(&own, &Truth::new(view, own.bounds()), region, &ids).unwrap();
