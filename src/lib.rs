@@ -2,7 +2,7 @@
 //!
 //! The way of a frame, top to bottom; each layer knows only those below it:
 //!
-//! * [`cli`], `view` (the window), [`bench`]: what a person runs.
+//! * [`cli`], `view` (the window), [`mod@bench`]: what a person runs.
 //! * [`render`]: a device draws a scene, the one entry for every caller. [`part`] merges pictures drawn in several places.
 //! * [`cpu`] and [`gpu`]: two devices, one answer. The GPU executes what [`plan`] lays out, with variants of the shader from
 //!   [`shader`].

@@ -575,6 +575,36 @@ mod tests {
         assert!(worst > 0.8, "the test should come near the bound: {worst}");
     }
 
+    /// The axes of perspective tiles are as long as rays are; the shader's multiplication takes components up to 2^30.
+    #[test]
+    fn axes_of_wide_views_keep_to_their_bits() {
+        use crate::{
+            camera::{Camera, ImageSize, ScreenSize},
+            scene::{Scene, Sphere},
+        };
+        let ball = |x: f64| Sphere { center: DVec3::new(x, 0.3 * x, -0.2 * x), radius: 0.5, color: [0; 3] };
+        let bounds = Scene::from_spheres(&[ball(4.0), ball(9.0)]).unwrap().bounds();
+        let fixed = Fixed::new(&bounds).unwrap();
+        for width in [0.1, 0.9, 2.0, 3.4, 3.6, 6.9, 11.0] {
+            let mut camera = Camera::orthographic(DVec3::ZERO, DVec3::new(1.0, 0.2, -0.3));
+            camera.projection = Projection::Perspective;
+            camera.size = ScreenSize::Both { width, height: width };
+            let view = View::new(camera, ImageSize { width: 64, height: 64 });
+            // Wider views may be left to the host, but not these.
+            let Some(eye) = Eye::new(&fixed, &bounds, &view) else {
+                assert!(width > 3.0, "{width}");
+                continue;
+            };
+            for (column, row) in [(0, 0), (56, 0), (0, 56), (56, 56), (32, 32)] {
+                let (_, place) = eye.place(column, row, 1.0, true);
+                for axis in [place.fan.n, place.fan.m, eye.frame.forward] {
+                    let longest = axis.map(i32::unsigned_abs).into_iter().max().unwrap();
+                    assert!(longest <= 1 << 30, "width {width}: {axis:?}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn split_gives_the_number_back() {
         for v in [i32::MIN / 2, -16385, -16384, -1, 0, 1, 16383, 16384, 1 << 30, -(1 << 28)] {

@@ -4,7 +4,7 @@
 //! sphere that is seen its exact numbers. Where the bounds of two parts overlap, the order is decided from these numbers by
 //! [`crate::exact::decide`], as in a picture that was drawn at once; so merging loses nothing, in any order.
 //!
-//! * [`write`]: parts as `.npz` files; the layout is described there. `load` reads them.
+//! * [`mod@write`]: parts as `.npz` files; the layout is described there. `load` reads them.
 //! * [`merge`]: parts that fit together become planes of the whole.
 //!
 //! This module knows no devices and no files.
