@@ -25,7 +25,7 @@ pub const APART: f64 = 1.5;
 /// The tiles and slabs of a region.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid {
-    /// Side of a tile in pixels is `1 << shift`; at most 32.
+    /// Side of a tile in pixels is `1 << shift`; at most 64.
     pub shift: u32,
     /// Tiles across.
     pub columns: u32,
@@ -64,6 +64,13 @@ impl Grid {
     /// Number of tiles.
     pub fn tiles(&self) -> usize {
         self.columns as usize * self.rows as usize
+    }
+
+    /// First column and row of a tile, and its side, in pixels.
+    #[inline(always)]
+    pub fn corner(&self, tile: usize) -> ([usize; 2], usize) {
+        let columns = self.columns as usize;
+        ([(tile % columns) << self.shift, (tile / columns) << self.shift], 1 << self.shift)
     }
 
     /// The slab of what begins at a depth.
@@ -114,20 +121,11 @@ impl Item for Entry {
     }
 }
 
-/// An index, and where the sphere begins: for a device that has the spheres already.
-#[derive(Clone, Copy, Debug, Default)]
-struct Index {
-    index: u32,
-    /// Rounded towards the eye.
-    nearest: f32,
-}
-
-impl Item for Index {
-    #[inline(always)]
-    fn new(_: Projected, nearest: f64, index: u32, _: Window) -> Self {
-        let rounded = nearest as f32;
-        Self { index, nearest: if f64::from(rounded) > nearest { rounded.next_down() } else { rounded } }
-    }
+/// A depth as f32, rounded towards the eye.
+#[inline(always)]
+pub fn towards_eye(depth: f64) -> f32 {
+    let rounded = depth as f32;
+    if f64::from(rounded) > depth { rounded.next_down() } else { rounded }
 }
 
 /// Which spheres go into a tile's list: those that begin in a range of depths, and pass a closer look.
@@ -468,43 +466,5 @@ impl Binner<'_> {
         // round by 2.5 u as distances. `1.5 P` is `12 u (L + r)`.
         let reach = sphere.r + APART * sphere.bound();
         dx * dx + dy * dy > reach * reach
-    }
-}
-
-/// Lists of indices, for a device that has the spheres already.
-pub struct TileLists {
-    /// Tiles across.
-    pub columns: u32,
-    /// Tiles down.
-    pub rows: u32,
-    /// The list of tile `k` is `entries[starts[k]..starts[k + 1]]`.
-    pub starts: Vec<u32>,
-    /// Indices of spheres in the scene, tile by tile, roughly front to back.
-    pub entries: Vec<u32>,
-    /// Nothing in the list of a tile begins nearer, in view lengths; infinite for an empty list.
-    pub nearest: Vec<f64>,
-}
-
-/// Lists of some spheres for tiles with sides of `1 << shift` pixels; takes as many spheres out of `spheres` as give about
-/// `limit` entries.
-pub fn tile_lists(
-    scene: &Scene,
-    truth: &Truth,
-    region: Region,
-    shift: u32,
-    spheres: &mut [Range<usize>],
-    limit: usize,
-) -> TileLists {
-    let binner = Binner::new(scene, truth, region, shift);
-    let grid = binner.grid;
-    let mut workspace = Workspace::<Index>::default();
-    let lists = binner.lists(spheres, &KeepAll, limit, &mut workspace);
-    let nearest = |tile| lists.tile(&grid, tile).iter().map(|e| f64::from(e.nearest)).fold(f64::INFINITY, f64::min);
-    TileLists {
-        columns: grid.columns,
-        rows: grid.rows,
-        starts: lists.starts.iter().copied().step_by(grid.slabs as usize).collect(),
-        entries: lists.entries.par_iter().map(|e| e.index).collect(),
-        nearest: (0..grid.tiles()).into_par_iter().map(nearest).collect(),
     }
 }

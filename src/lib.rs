@@ -38,6 +38,7 @@ pub mod frame;
 pub mod gpu;
 pub mod load;
 pub mod make;
+pub mod order;
 pub mod output;
 pub mod part;
 pub mod plan;

@@ -56,6 +56,8 @@ pub trait Lanes: Number {
     fn less(self, other: Self) -> u8;
     /// This where the bit is set, else the other.
     fn select(mask: u8, this: Self, other: Self) -> Self;
+    /// Writes a value to those of the first eight of a slice whose bit is set.
+    fn mark(mask: u8, value: i32, to: &mut [i32]);
 
     /// The greatest lane that is a number.
     fn greatest(self) -> f64 {
@@ -161,6 +163,11 @@ impl Lanes for Plain {
     fn select(mask: u8, this: Self, other: Self) -> Self {
         Self(std::array::from_fn(|k| if mask >> k & 1 == 1 { this.0[k] } else { other.0[k] }))
     }
+
+    #[inline(always)]
+    fn mark(mask: u8, value: i32, to: &mut [i32]) {
+        to[..LANES].iter_mut().enumerate().filter(|(k, _)| mask >> k & 1 == 1).for_each(|(_, to)| *to = value);
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -169,11 +176,12 @@ mod x86 {
     //! were found; that is what makes the intrinsics' use sound.
 
     use std::arch::x86_64::{
-        __m256d, __m512d, _CMP_LT_OQ, _mm256_add_pd, _mm256_blendv_pd, _mm256_castsi256_pd, _mm256_cmp_pd,
-        _mm256_div_pd, _mm256_loadu_pd, _mm256_max_pd, _mm256_movemask_pd, _mm256_mul_pd, _mm256_set_epi64x,
-        _mm256_set1_pd, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm512_add_pd, _mm512_cmp_pd_mask,
-        _mm512_div_pd, _mm512_loadu_pd, _mm512_mask_blend_pd, _mm512_max_pd, _mm512_mul_pd, _mm512_set1_pd,
-        _mm512_sqrt_pd, _mm512_storeu_pd, _mm512_sub_pd,
+        __m256d, __m512d, _CMP_LT_OQ, _mm256_add_pd, _mm256_and_si256, _mm256_blendv_pd, _mm256_castsi256_pd,
+        _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_loadu_pd, _mm256_mask_storeu_epi32,
+        _mm256_maskstore_epi32, _mm256_max_pd, _mm256_movemask_pd, _mm256_mul_pd, _mm256_set_epi64x, _mm256_set1_epi32,
+        _mm256_set1_pd, _mm256_setr_epi32, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm512_add_pd,
+        _mm512_cmp_pd_mask, _mm512_div_pd, _mm512_loadu_pd, _mm512_mask_blend_pd, _mm512_max_pd, _mm512_mul_pd,
+        _mm512_set1_pd, _mm512_sqrt_pd, _mm512_storeu_pd, _mm512_sub_pd,
     };
 
     use super::{LANES, Lanes, Number, Work};
@@ -263,6 +271,12 @@ mod x86 {
         fn select(mask: u8, this: Self, other: Self) -> Self {
             vector!(Self(_mm512_mask_blend_pd(mask, other.0, this.0)))
         }
+
+        #[inline(always)]
+        fn mark(mask: u8, value: i32, to: &mut [i32]) {
+            let to = &mut to[..LANES];
+            vector!(_mm256_mask_storeu_epi32(to.as_mut_ptr(), mask, _mm256_set1_epi32(value)));
+        }
     }
 
     impl Number for Avx2 {
@@ -337,6 +351,16 @@ mod x86 {
                 Self(_mm256_blendv_pd(other.0, this.0, low), _mm256_blendv_pd(other.1, this.1, high))
             })
         }
+
+        #[inline(always)]
+        fn mark(mask: u8, value: i32, to: &mut [i32]) {
+            let to = &mut to[..LANES];
+            vector!({
+                let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask.into()), bits), bits);
+                _mm256_maskstore_epi32(to.as_mut_ptr(), chosen, _mm256_set1_epi32(value));
+            });
+        }
     }
 }
 
@@ -371,6 +395,9 @@ mod tests {
                 out.extend(to.map(|v| if v.is_nan() { 1 } else { v.to_bits() }));
             }
             out.push(a.greatest().to_bits());
+            let mut marked = [-1; LANES + 1];
+            L::mark(less, 7, &mut marked);
+            out.extend(marked.map(|v| v as u64));
             out
         }
     }

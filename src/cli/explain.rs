@@ -25,7 +25,7 @@ pub(super) fn facts(request: &RenderRequest, scene: &Scene, view: &View, region:
     let (engine, tile, wave, band) = match device {
         Device::Cpu(_) => {
             let engine = Engine::Cpu { threads: rayon::current_num_threads(), sampled: cpu::SAMPLED };
-            (engine, 1 << cpu::SHIFT, [cpu::WAVE, CPU_ENTRY], cpu::BAND)
+            (engine, 1 << cpu::shift(region), [cpu::WAVE, CPU_ENTRY], cpu::BAND)
         }
         Device::Gpu(gpu) => {
             let (chunk, limits) = gpu.capacity();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::order::Order;
 use crate::{
-    bins::{Binner, Item, Keep, Met, Window, Workspace},
+    bins::{Binner, Item, Keep, Met, Window, Workspace, towards_eye},
     camera::Region,
     exact::decide::Truth,
     plan::{Lists, TILE},
@@ -25,8 +25,7 @@ struct Index {
 impl Item for Index {
     #[inline(always)]
     fn new(_: Projected, nearest: f64, index: u32, _: Window) -> Self {
-        let rounded = nearest as f32;
-        Self { index, nearest: if f64::from(rounded) > nearest { rounded.next_down() } else { rounded } }
+        Self { index, nearest: towards_eye(nearest) }
     }
 }
 

@@ -1,0 +1,320 @@
+//! The native device: tiles on all cores, f64, no driver.
+//!
+//! Each tile keeps, for every pixel, the nearest sphere so far and an interval that certainly holds its depth. A sphere's test
+//! at a pixel ends in one of three ways: certainly behind or a miss; certainly in front; or in doubt, and then
+//! [`crate::exact`] decides at once between it and the holder. So the holder is exact at all times, in any order of spheres.
+//!
+//! The bounds are derived in [`crate::filter`].
+
+mod paint;
+
+use std::{ops::Range, sync::Mutex, time::Instant};
+
+use rayon::prelude::*;
+
+use crate::{
+    bins::{Binner, Entry, Keep, KeepAll, Met, Window, Workspace, split},
+    camera::{Region, View},
+    exact::decide::Truth,
+    order::{GROUP, Ordered},
+    plan::UNDECIDED,
+    render::{Counts, DrawError, Drawing, Times},
+    scene::Scene,
+};
+use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
+
+/// Side of the largest tile, pixels.
+const SIDE: usize = 64;
+/// Side of a block, for which the farthest depth is kept.
+const BLOCK: usize = 8;
+/// Blocks a side of a tile.
+const BLOCKS: usize = SIDE / BLOCK;
+/// No sphere.
+const NONE: i32 = -1;
+/// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
+pub(crate) const WAVE: usize = 1 << 20;
+/// Pixels of a band at most: its state is 12 bytes a pixel when there are several waves.
+pub(crate) const BAND: usize = 4 << 20;
+
+/// log2 of the side of a region's tiles: large ones share work best, as long as there are enough for all threads.
+pub(crate) fn shift(region: Region) -> u32 {
+    let tiles = region.width.div_ceil(SIDE as u32) as usize * region.height.div_ceil(SIDE as u32) as usize;
+    if tiles >= 8 * rayon::current_num_threads() { SIDE.ilog2() } else { SIDE.ilog2() - 1 }
+}
+
+/// What the tile kernel does with its bounds. Only [`Exact`] is used to draw; the others are compiled apart for `bench`, which
+/// measures what exactness costs.
+trait Mode: Copy + Send + Sync + 'static {
+    /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
+    const BOUNDS: bool;
+    /// Whether what the bounds leave open is decided; without, such pixels are [`crate::plan::UNDECIDED`].
+    const DECIDES: bool;
+}
+
+/// The device.
+#[derive(Clone, Copy)]
+struct Exact;
+
+impl Mode for Exact {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = true;
+}
+
+/// Bounds without decisions.
+#[derive(Clone, Copy)]
+struct FilterOnly;
+
+impl Mode for FilterOnly {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = false;
+}
+
+/// Neither: wrong where rounding matters.
+#[derive(Clone, Copy)]
+struct Uncertified;
+
+impl Mode for Uncertified {
+    const BOUNDS: bool = false;
+    const DECIDES: bool = false;
+}
+
+/// The native device: memory that is kept from one picture to the next.
+pub struct Cpu {
+    lists: Workspace<Entry>,
+    tiles: Vec<Tile>,
+    groups: Workspace<Group>,
+    /// [`Scene::identity`] of what was drawn last.
+    drawn: Option<u64>,
+    /// The same scene in order, once it is drawn again; none inside if it cannot be.
+    ordered: Option<Option<Ordered>>,
+    /// Below this many spheres order is not worth while.
+    few: usize,
+}
+
+impl Default for Cpu {
+    fn default() -> Self {
+        Self {
+            lists: Workspace::default(),
+            tiles: Vec::new(),
+            groups: Workspace::default(),
+            drawn: None,
+            ordered: None,
+            few: FEW,
+        }
+    }
+}
+
+impl Cpu {
+    /// Orders every scene before it is drawn, however small: for tests.
+    pub fn order_always(&mut self) {
+        (self.few, self.drawn, self.ordered) = (0, None, None);
+    }
+
+    /// Finds out whether the scene is worth ordering, and orders it.
+    ///
+    /// To order costs about as much as to draw once: it pays from the second time on.
+    fn order(&mut self, scene: &Scene, bands: usize) {
+        let again = self.drawn.replace(scene.identity()) == Some(scene.identity());
+        if !again {
+            self.ordered = None;
+        }
+        if self.ordered.is_none() && scene.len() >= self.few && (again || bands > 2 || self.few == 0) {
+            self.ordered = Some(Ordered::new(scene));
+        }
+    }
+
+    /// Draws a region of a view of a scene on all cores.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        self.draw_as::<Exact>(scene, view, region)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`], and counted.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw_filter_only(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
+        drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
+        Ok(drawing)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where rounding matters.
+    ///
+    /// # Errors
+    /// When memory does not suffice.
+    pub fn draw_uncertified(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        self.draw_as::<Uncertified>(scene, view, region)
+    }
+
+    fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        let truth = Truth::new(view, scene.bounds());
+        let mut ids = Vec::new();
+        ids.try_reserve_exact(region.pixels()).map_err(|_| {
+            let bytes = 4 * region.pixels();
+            DrawError::Memory(format!("{bytes} bytes for the ids of {} pixels cannot be had", region.pixels()))
+        })?;
+        let mut drawing = Drawing {
+            region,
+            ids,
+            counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
+            times: Times::default(),
+        };
+        let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
+        let begun = Instant::now();
+        self.order(scene, region.height.div_ceil(rows as u32) as usize);
+        drawing.times.prepare += milliseconds(begun);
+        let mut top = 0;
+        while top < region.height {
+            let height = (region.height - top).min(rows as u32);
+            let band = Region { y: region.y + top, height, ..region };
+            if !self.draw_groups::<M>(scene, &truth, band, &mut drawing) {
+                self.draw_band::<M>(scene, &truth, band, &mut drawing);
+            }
+            top += height;
+        }
+        Ok(drawing)
+    }
+
+    /// One band of an ordered scene, or nothing if the scene is not in order or its groups lie in too many tiles.
+    fn draw_groups<M: Mode>(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing) -> bool {
+        let Some(Some(ordered)) = &self.ordered else { return false };
+        let begun = Instant::now();
+        let binner = Binner::new(&ordered.groups, truth, band, shift(band));
+        let mut left = split(0..ordered.groups.len());
+        let limit = scene.len() * SPREAD / GROUP + binner.grid.tiles();
+        let lists = binner.lists(&mut left, &KeepAll, limit, &mut self.groups);
+        drawing.times.prepare += milliseconds(begun);
+        if !left.iter().all(Range::is_empty) {
+            return false;
+        }
+        let drawn = Instant::now();
+        let sums = Mutex::new(Sums::default());
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums };
+        painter.paint_once::<M>(Source::Groups(lists, ordered), &mut drawing.ids);
+        drawing.times.render += milliseconds(drawn);
+        drawing.counts.tiles += binner.grid.tiles();
+        let empty = (0..binner.grid.tiles()).filter(|&tile| lists.tile(&binner.grid, tile).is_empty());
+        drawing.counts.empty += empty.count();
+        let sums = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        drawing.counts.entries += sums.entries as usize;
+        sums.add_to(&mut drawing.counts);
+        true
+    }
+
+    /// One band: its spheres in as many waves as memory wants, front ones first where that saves work.
+    fn draw_band<M: Mode>(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing) {
+        let begun = Instant::now();
+        let binner = Binner::new(scene, truth, band, shift(band));
+        let grid = binner.grid;
+        let sums = Mutex::new(Sums::default());
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums };
+        let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
+        let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
+        let mut left = split(0..scene.len());
+        let in_front = Visible { front: &front, drawn: None };
+        let mut lists = binner.lists(&mut left, &in_front, WAVE, &mut self.lists);
+        drawing.times.prepare += milliseconds(begun);
+        let mut met = lists.met;
+        drawing.counts.tiles += grid.tiles();
+        if !behind && left.iter().all(Range::is_empty) {
+            let drawn = Instant::now();
+            drawing.counts.entries += lists.entries.len();
+            drawing.counts.empty += (0..grid.tiles()).filter(|&tile| lists.tile(&grid, tile).is_empty()).count();
+            painter.paint_once::<M>(Source::Spheres(lists), &mut drawing.ids);
+            drawing.times.render += milliseconds(drawn);
+        } else {
+            let drawn = Instant::now();
+            self.tiles.resize_with(grid.tiles(), Tile::default);
+            self.tiles.par_iter_mut().enumerate().for_each(|(tile, state)| painter.clear(tile, state));
+            drawing.times.render += milliseconds(drawn);
+            let mut depths = vec![Depths::NONE; grid.tiles()];
+            let mut empty = vec![true; grid.tiles()];
+            let mut second = false;
+            loop {
+                let drawn = Instant::now();
+                drawing.counts.entries += lists.entries.len();
+                empty.iter_mut().enumerate().for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
+                painter.paint::<M>(Source::Spheres(lists), &mut self.tiles, &mut depths);
+                drawing.times.render += milliseconds(drawn);
+                if left.iter().all(Range::is_empty) {
+                    if !std::mem::take(&mut behind) {
+                        break;
+                    }
+                    second = true;
+                    left = split(0..scene.len());
+                }
+                let prepared = Instant::now();
+                let visible = Visible { front: &front, drawn: second.then_some(&depths) };
+                lists = binner.lists(&mut left, &visible, WAVE, &mut self.lists);
+                // The second time the same spheres are on the screen again.
+                met += Met { on_screen: if second { 0 } else { lists.met.on_screen }, ..lists.met };
+                drawing.times.prepare += milliseconds(prepared);
+            }
+            let drawn = Instant::now();
+            painter.gather::<M>(&self.tiles, &mut drawing.ids);
+            drawing.counts.empty += empty.iter().filter(|empty| **empty).count();
+            drawing.times.render += milliseconds(drawn);
+        }
+        sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).add_to(&mut drawing.counts);
+        drawing.counts.note(band == drawing.region, met);
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+/// From this many spheres on, a scene that is drawn again is put in order.
+const FEW: usize = 1 << 14;
+/// As long as a group lies in about this many tiles on average, order pays.
+const SPREAD: usize = 32;
+
+/// From this many spheres on, it is found out first how deep they lie.
+pub(crate) const SAMPLED: usize = 1 << 17;
+/// Layers of spheres' boxes that are drawn before the rest is looked at: what shows through eight is little.
+const LAYERS: u64 = 8;
+
+/// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if there are not as many. A
+/// guess: it decides only the order of work.
+fn front_depths(binner: &Binner) -> Vec<f64> {
+    let grid = &binner.grid;
+    let areas = binner.sample(16);
+    areas
+        .chunks(grid.slabs as usize)
+        .map(|slabs| {
+            let mut area = 0;
+            let enough = slabs.iter().position(|pixels| {
+                area += pixels;
+                area >= LAYERS << (2 * grid.shift)
+            });
+            enough.map_or(f64::INFINITY, |slab| grid.slab_start(slab as u32 + 1))
+        })
+        .collect()
+}
+
+/// What begins in front of a depth, or what begins behind it and is not hidden by what is drawn.
+struct Visible<'a> {
+    /// For each tile.
+    front: &'a [f64],
+    /// What is drawn of each tile, for the second.
+    drawn: Option<&'a [Depths]>,
+}
+
+impl Keep for Visible<'_> {
+    #[inline(always)]
+    fn depths(&self, tile: usize) -> [f64; 2] {
+        match self.drawn {
+            None => [f64::NEG_INFINITY, self.front[tile]],
+            // What begins at the very depth comes twice, which does no harm.
+            Some(drawn) => [self.front[tile], drawn[tile].farthest],
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
+        self.drawn.is_none_or(|drawn| !hidden(&drawn[tile], nearest, window))
+    }
+}

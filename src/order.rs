@@ -1,0 +1,230 @@
+//! Spheres in an order in which neighbours in space lie together, in groups with a sphere around each.
+//!
+//! What is drawn more than once is worth ordering: a group that is off the screen or hidden is skipped with all its spheres. Order
+//! and groups are made once for a scene; they only decide the order of work, and no bound rests on them but one: a group's sphere
+//! holds its spheres whole.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::{
+    project::BATCH,
+    scene::{Block, Colors, Radii, Reals, Scene},
+};
+
+/// Spheres in a group; the last has fewer.
+pub const GROUP: usize = BATCH;
+/// Numbers from 2^-RANGE to 2^RANGE have squares that neither overflow nor vanish.
+const RANGE: i32 = 400;
+
+/// A scene in order.
+pub struct Ordered {
+    /// The same centres and radii, to the bit; colours are left out.
+    pub block: Block,
+    /// Index in the scene of each sphere.
+    pub indices: Vec<u32>,
+    /// Sphere `k` holds the spheres `GROUP k ..` whole.
+    pub groups: Scene,
+}
+
+impl Ordered {
+    /// Of a scene; none where exponents are so extreme that squares of f64 could leave their range.
+    pub fn new(scene: &Scene) -> Option<Self> {
+        let bounds = scene.bounds();
+        let limit = f64::from(RANGE).exp2();
+        let far = bounds.max_center.abs().max(bounds.min_center.abs()).max_element();
+        let usable = far < limit && bounds.max_radius < limit && bounds.min_radius > 1.0 / limit;
+        if !usable || scene.is_empty() {
+            return None;
+        }
+        let indices = arranged(scene);
+
+        let blocks = || scene.blocks().map(|(_, block)| block).filter(|block| !block.is_empty());
+        let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
+        let centers = if single {
+            Reals::F32(
+                gather(&indices, 3, |index, to| to.copy_from_slice(&center(scene, index).as_vec3().to_array())).into(),
+            )
+        } else {
+            Reals::F64(gather(&indices, 3, |index, to| to.copy_from_slice(&center(scene, index).to_array())).into())
+        };
+        let radii = if bounds.min_radius == bounds.max_radius {
+            Radii::Same(bounds.max_radius)
+        } else if blocks().all(|block| matches!(block.radii, Radii::Each(Reals::F32(_)))) {
+            Radii::Each(Reals::F32(gather(&indices, 1, |index, to| to[0] = radius(scene, index) as f32).into()))
+        } else {
+            Radii::Each(Reals::F64(gather(&indices, 1, |index, to| to[0] = radius(scene, index)).into()))
+        };
+        let block = Block { centers, radii, colors: Colors::Same([0; 3]) };
+        let (middles, reaches): (Vec<DVec3>, Vec<f64>) =
+            (0..block.len().div_ceil(GROUP)).into_par_iter().map(|group| around(&block, group)).unzip();
+        let groups = Scene::new(vec![Block {
+            centers: Reals::F64(middles.iter().flat_map(DVec3::to_array).collect::<Vec<_>>().into()),
+            radii: Radii::Each(Reals::F64(reaches.into())),
+            colors: Colors::Same([0; 3]),
+        }]);
+        Some(Self { block, indices, groups: groups.expect("finite and positive, as the exponents are not extreme") })
+    }
+
+    /// Number of bytes that the order of a scene takes.
+    pub fn bytes(scene: &Scene) -> u64 {
+        let single = scene.blocks().all(|(_, block)| block.is_empty() || matches!(block.centers, Reals::F32(_)));
+        let each = scene.bounds().min_radius != scene.bounds().max_radius;
+        let number = if single { 4 } else { 8 };
+        scene.len() as u64 * (4 + number * if each { 4 } else { 3 } + 1)
+    }
+}
+
+fn center(scene: &Scene, index: u32) -> DVec3 {
+    let (block, at) = scene.locate(index as usize);
+    block.center(at)
+}
+
+fn radius(scene: &Scene, index: u32) -> f64 {
+    let (block, at) = scene.locate(index as usize);
+    block.radius(at)
+}
+
+/// `width` numbers of each of some spheres.
+fn gather<T: Copy + Default + Send + Sync>(
+    indices: &[u32],
+    width: usize,
+    write: impl Fn(u32, &mut [T]) + Sync,
+) -> Vec<T> {
+    const PART: usize = 1 << 12;
+    let mut numbers = vec![T::default(); width * indices.len()];
+    numbers.par_chunks_mut(width * PART).zip(indices.par_chunks(PART)).for_each(|(numbers, indices)| {
+        numbers.chunks_exact_mut(width).zip(indices).for_each(|(to, &index)| write(index, to));
+    });
+    numbers
+}
+
+/// A sphere that holds a group whole. The factor is far above the roundings of a distance and a sum.
+fn around(block: &Block, group: usize) -> (DVec3, f64) {
+    let spheres = GROUP * group..block.len().min(GROUP * (group + 1));
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for sphere in spheres.clone() {
+        (low, high) = (low.min(block.center(sphere)), high.max(block.center(sphere)));
+    }
+    let middle = 0.5 * low + 0.5 * high;
+    let reach = |sphere| block.center(sphere).distance(middle) + block.radius(sphere);
+    (middle, spheres.map(reach).fold(0.0, f64::max) * (1.0 + 1e-12))
+}
+
+/// A sphere to be put in order.
+#[derive(Clone, Copy)]
+struct Item {
+    /// Place in the scene's box, from 0 to [`ONE`] on its longest side.
+    at: [u32; 3],
+    index: u32,
+}
+
+const ONE: f64 = (1u64 << 32) as f64;
+
+/// Indices such that each group of consecutive ones lies close together: halves of halves across the longest side. Large spheres
+/// come before small ones, whose groups they would blow up.
+fn arranged(scene: &Scene) -> Vec<u32> {
+    let bounds = scene.bounds();
+    let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
+    let class = |radius: f64| {
+        let exponent = |value: f64| (value.to_bits() >> 52) as usize;
+        ((exponent(bounds.max_radius) - exponent(radius)) / 3).min(3)
+    };
+    let mut items: Vec<Item> = (0..scene.len() as u32)
+        .into_par_iter()
+        .with_min_len(1 << 12)
+        .map(|index| {
+            // A cast of what is NaN, where the box is a point, gives 0.
+            let at = ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
+            Item { at, index }
+        })
+        .collect();
+    if class(bounds.min_radius) > 0 {
+        items.par_sort_by_key(|item| class(radius(scene, item.index)));
+    }
+    let mut rest = &mut items[..];
+    while !rest.is_empty() {
+        let first = class(radius(scene, rest[0].index));
+        let same = rest.partition_point(|item| class(radius(scene, item.index)) == first);
+        let (now, later) = rest.split_at_mut(same.next_multiple_of(GROUP).min(rest.len()));
+        arrange(now);
+        rest = later;
+    }
+    items.into_par_iter().map(|item| item.index).collect()
+}
+
+fn arrange(items: &mut [Item]) {
+    if items.len() <= GROUP {
+        return;
+    }
+    let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
+    for item in &*items {
+        for k in 0..3 {
+            (low[k], high[k]) = (low[k].min(item.at[k]), high[k].max(item.at[k]));
+        }
+    }
+    let axis = (0..3).max_by_key(|&k| high[k] - low[k]).unwrap_or(0);
+    let middle = items.len().div_ceil(GROUP) / 2 * GROUP;
+    items.select_nth_unstable_by_key(middle, |item| item.at[axis]);
+    let (front, back) = items.split_at_mut(middle);
+    if back.len() < 1 << 12 {
+        arrange(front);
+        arrange(back);
+    } else {
+        rayon::join(|| arrange(front), || arrange(back));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Sphere;
+
+    fn spheres(count: usize, place: impl Fn(f64, f64, f64) -> DVec3) -> Scene {
+        let sphere = |k: usize| {
+            let [x, y, z] = [3, 5, 7].map(|m| (k * 1_000_003 * m % 65_537) as f64 / 65_537.0);
+            let radius = if k.is_multiple_of(100) { 30.0 } else { 1e-3 * (1.0 + x) };
+            Sphere { center: place(x, y, z), radius, color: [0; 3] }
+        };
+        Scene::from_spheres(&(0..count).map(sphere).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn groups_hold_their_spheres_and_lie_close_together() {
+        let cube = spheres(20_000, DVec3::new);
+        // All but eight in one heap, far smaller than a cell.
+        let heap = spheres(20_000, |x, y, z| DVec3::new(x, y, z) * if x < 4e-4 { 1e9 } else { 1.0 });
+        let point = spheres(500, |_, _, _| DVec3::ONE);
+        for (scene, close) in [(&cube, 0.5), (&heap, 0.5), (&point, 1e-9)] {
+            let ordered = Ordered::new(scene).unwrap();
+            let mut seen = ordered.indices.clone();
+            seen.sort_unstable();
+            assert!(seen.iter().copied().eq(0..scene.len() as u32), "a permutation");
+            let mut loose = 0;
+            for (place, &index) in ordered.indices.iter().enumerate() {
+                let sphere = scene.sphere(index as usize);
+                assert_eq!((ordered.block.center(place), ordered.block.radius(place)), (sphere.center, sphere.radius));
+                let group = ordered.groups.sphere(place / GROUP);
+                assert!(group.center.distance(sphere.center) + sphere.radius <= group.radius);
+                loose += usize::from(sphere.radius < 1.0 && group.radius > close + 2e-3);
+            }
+            assert!(loose < scene.len() / 20, "{loose} small spheres in large groups");
+        }
+    }
+
+    #[test]
+    fn numbers_are_kept_in_their_kind() {
+        let block = |centers: Vec<f32>, radii| Block {
+            centers: Reals::F32(centers.into()),
+            radii,
+            colors: Colors::Same([0; 3]),
+        };
+        let same = Ordered::new(&Scene::new(vec![block(vec![0.1; 9], Radii::Same(0.3))]).unwrap()).unwrap();
+        assert!(matches!((&same.block.centers, &same.block.radii), (Reals::F32(_), Radii::Same(_))));
+        let blocks = vec![block(vec![0.1; 9], Radii::Same(0.3)), block(vec![0.7; 3], Radii::Same(0.1))];
+        let ordered = Ordered::new(&Scene::new(blocks.clone()).unwrap()).unwrap();
+        assert!(matches!((&ordered.block.centers, &ordered.block.radii), (Reals::F32(_), Radii::Each(Reals::F64(_)))));
+        let tiny = Scene::new(vec![block(vec![0.1; 3], Radii::Same(1e-200))]).unwrap();
+        assert!(Ordered::new(&tiny).is_none(), "squares vanish");
+    }
+}
