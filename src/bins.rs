@@ -222,15 +222,15 @@ impl<'a> Binner<'a> {
         Self { scene, projector, grid }
     }
 
-    /// Pixels that the boxes of spheres cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch in `step`.
-    pub fn sample(&self, step: usize) -> Vec<u64> {
+    /// Pixels that the boxes of what is kept cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch in `step`.
+    pub fn sample<K: Keep>(&self, step: usize, keep: &K) -> Vec<u64> {
         let mut areas = vec![0u64; self.grid.tiles() * self.grid.slabs as usize];
         for first in (0..self.scene.len()).step_by(step * BATCH) {
             let batch = first..(first + BATCH).min(self.scene.len());
             simd::dispatch(Visit {
                 binner: self,
                 spheres: batch,
-                keep: &KeepAll,
+                keep,
                 limit: usize::MAX,
                 emit: |key: usize, _, _, _, [left, right, top, bottom]: Window| {
                     areas[key] += step as u64 * u64::from(right - left + 1) * u64::from(bottom - top + 1);
@@ -367,7 +367,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
     #[inline(always)]
     fn run<L: simd::Lanes>(mut self) -> (usize, Met) {
         let Binner { projector, grid, .. } = self.binner;
-        let last_tile = grid.tiles() - 1;
+        let last_tile = grid.tiles() as i32 - 1;
         let mut batch = Batch::default();
         let mut met = Met::default();
         for (start, block) in self.binner.scene.blocks() {
@@ -377,21 +377,30 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
                 projector.project_batch(block, first - start, &mut batch);
                 projector.footprints(&mut batch);
                 let len = batch.len.min(end - first);
-                let (mut seen, mut on_screen) = (0u64, 0u64);
+                let mut on_screen = 0u64;
                 for k in 0..BATCH {
                     let inside = (batch.left[k] <= batch.right[k]) & (batch.top[k] <= batch.bottom[k]);
-                    let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
-                    let (top, bottom) = (batch.top[k] >> grid.shift, batch.bottom[k] >> grid.shift);
-                    // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
-                    // tile is made up, and the answer not used.
-                    let tile = ((top * grid.columns as i32 + left).max(0) as usize).min(last_tile);
-                    let one = (left == right) & (top == bottom);
-                    let kept = inside & !(one & outside(batch.nearest[k], self.keep.depths(tile)));
-                    seen |= u64::from(kept) << k;
                     on_screen |= u64::from(inside) << k;
                 }
-                seen &= u64::MAX >> (BATCH - len);
-                met.on_screen += (on_screen & (u64::MAX >> (BATCH - len))).count_ones() as usize;
+                on_screen &= u64::MAX >> (BATCH - len);
+                met.on_screen += on_screen.count_ones() as usize;
+                let mut seen = on_screen;
+                if on_screen.count_ones() > 8 {
+                    // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
+                    // tile is made up, and the answer not used.
+                    let (mut tiles, mut several) = ([0; BATCH], 0u64);
+                    for k in 0..BATCH {
+                        let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
+                        let (top, bottom) = (batch.top[k] >> grid.shift, batch.bottom[k] >> grid.shift);
+                        tiles[k] = (top * grid.columns as i32 + left).clamp(0, last_tile);
+                        several |= u64::from((left != right) | (top != bottom)) << k;
+                    }
+                    let mut gone = 0u64;
+                    for k in 0..BATCH {
+                        gone |= u64::from(outside(batch.nearest[k], self.keep.depths(tiles[k] as usize))) << k;
+                    }
+                    seen &= !gone | several;
+                }
                 let mut found = 0;
                 while seen != 0 {
                     let k = seen.trailing_zeros() as usize;

@@ -29,6 +29,7 @@ pub mod bench;
 pub mod bins;
 pub mod camera;
 pub mod cli;
+pub mod cover;
 pub mod cpu;
 pub mod exact;
 pub mod explain;

@@ -4,6 +4,8 @@
 //! and groups are made once for a scene; they only decide the order of work, and no bound rests on them but one: a group's sphere
 //! holds its spheres whole.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -12,7 +14,7 @@ use crate::{
     scene::{Block, Colors, Radii, Reals, Scene},
 };
 
-/// Spheres in a group; the last has fewer.
+/// Spheres in a group, at most.
 pub const GROUP: usize = BATCH;
 /// Numbers from 2^-RANGE to 2^RANGE have squares that neither overflow nor vanish.
 const RANGE: i32 = 400;
@@ -23,7 +25,9 @@ pub struct Ordered {
     pub block: Block,
     /// Index in the scene of each sphere.
     pub indices: Vec<u32>,
-    /// Sphere `k` holds the spheres `GROUP k ..` whole.
+    /// First sphere of each group, and their number at the end.
+    pub starts: Vec<u32>,
+    /// Sphere `k` holds group `k` whole.
     pub groups: Scene,
 }
 
@@ -37,7 +41,7 @@ impl Ordered {
         if !usable || scene.is_empty() {
             return None;
         }
-        let indices = arranged(scene);
+        let (indices, starts) = arranged(scene);
 
         let blocks = || scene.blocks().map(|(_, block)| block).filter(|block| !block.is_empty());
         let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
@@ -57,13 +61,18 @@ impl Ordered {
         };
         let block = Block { centers, radii, colors: Colors::Same([0; 3]) };
         let (middles, reaches): (Vec<DVec3>, Vec<f64>) =
-            (0..block.len().div_ceil(GROUP)).into_par_iter().map(|group| around(&block, group)).unzip();
+            starts.par_windows(2).map(|ends| around(&block, ends[0] as usize..ends[1] as usize)).unzip();
         let groups = Scene::new(vec![Block {
             centers: Reals::F64(middles.iter().flat_map(DVec3::to_array).collect::<Vec<_>>().into()),
             radii: Radii::Each(Reals::F64(reaches.into())),
             colors: Colors::Same([0; 3]),
         }]);
-        Some(Self { block, indices, groups: groups.expect("finite and positive, as the exponents are not extreme") })
+        Some(Self {
+            block,
+            indices,
+            starts,
+            groups: groups.expect("finite and positive, as the exponents are not extreme"),
+        })
     }
 
     /// Number of bytes that the order of a scene takes.
@@ -100,8 +109,7 @@ fn gather<T: Copy + Default + Send + Sync>(
 }
 
 /// A sphere that holds a group whole. The factor is far above the roundings of a distance and a sum.
-fn around(block: &Block, group: usize) -> (DVec3, f64) {
-    let spheres = GROUP * group..block.len().min(GROUP * (group + 1));
+fn around(block: &Block, spheres: Range<usize>) -> (DVec3, f64) {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for sphere in spheres.clone() {
         (low, high) = (low.min(block.center(sphere)), high.max(block.center(sphere)));
@@ -121,9 +129,9 @@ struct Item {
 
 const ONE: f64 = (1u64 << 32) as f64;
 
-/// Indices such that each group of consecutive ones lies close together: halves of halves across the longest side. Large spheres
-/// come before small ones, whose groups they would blow up.
-fn arranged(scene: &Scene) -> Vec<u32> {
+/// Indices such that those of a group lie close together: halves of halves across the longest side; and where groups begin. Large
+/// spheres have groups of their own: those of small ones they would blow up.
+fn arranged(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
     let bounds = scene.bounds();
     let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
     let class = |radius: f64| {
@@ -142,15 +150,18 @@ fn arranged(scene: &Scene) -> Vec<u32> {
     if class(bounds.min_radius) > 0 {
         items.par_sort_by_key(|item| class(radius(scene, item.index)));
     }
-    let mut rest = &mut items[..];
-    while !rest.is_empty() {
-        let first = class(radius(scene, rest[0].index));
-        let same = rest.partition_point(|item| class(radius(scene, item.index)) == first);
-        let (now, later) = rest.split_at_mut(same.next_multiple_of(GROUP).min(rest.len()));
-        arrange(now);
-        rest = later;
+    let mut starts = Vec::with_capacity(items.len() / GROUP + 4);
+    let mut first = 0;
+    while first < items.len() {
+        let of = |item: &Item| class(radius(scene, item.index));
+        let size = of(&items[first]);
+        let next = first + items[first..].partition_point(|item| of(item) == size);
+        arrange(&mut items[first..next]);
+        starts.extend((first..next).step_by(GROUP).map(|start| start as u32));
+        first = next;
     }
-    items.into_par_iter().map(|item| item.index).collect()
+    starts.push(items.len() as u32);
+    (items.into_par_iter().map(|item| item.index).collect(), starts)
 }
 
 fn arrange(items: &mut [Item]) {
@@ -201,10 +212,12 @@ mod tests {
             seen.sort_unstable();
             assert!(seen.iter().copied().eq(0..scene.len() as u32), "a permutation");
             let mut loose = 0;
+            assert_eq!(ordered.starts.len(), ordered.groups.len() + 1);
+            assert!(ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0]))));
             for (place, &index) in ordered.indices.iter().enumerate() {
                 let sphere = scene.sphere(index as usize);
                 assert_eq!((ordered.block.center(place), ordered.block.radius(place)), (sphere.center, sphere.radius));
-                let group = ordered.groups.sphere(place / GROUP);
+                let group = ordered.groups.sphere(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
                 assert!(group.center.distance(sphere.center) + sphere.radius <= group.radius);
                 loose += usize::from(sphere.radius < 1.0 && group.radius > close + 2e-3);
             }

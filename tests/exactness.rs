@@ -17,6 +17,7 @@ use glam::{DVec3, IVec3};
 use judge::Judge;
 use planisphere::{
     camera::{Camera, Projection, Region, ScreenSize, View},
+    cpu::{Cpu, Effort},
     frame::depth_plane,
     render::{Device, DeviceChoice},
     scene::{Scene, Sphere},
@@ -40,24 +41,51 @@ static TRUTH: LazyLock<Vec<(Case, Vec<i32>)>> = LazyLock::new(|| {
 /// One test at a time draws, so that the machine is not asked for more than it has.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// Opens a device that must be there.
-fn open(choice: &DeviceChoice) -> Device {
-    let device = Device::open(choice).unwrap_or_else(|error| {
-        panic!("{choice:?}: {error}\nThese tests need both devices; on Debian: apt-get install mesa-vulkan-drivers")
-    });
-    assert_eq!(
-        matches!(device, Device::Cpu(_)),
-        *choice == DeviceChoice::Cpu,
-        "{choice:?} gave {}",
-        device.description()
-    );
-    device
+/// What draws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Choice {
+    /// The native device.
+    Cpu,
+    /// The same, and nothing is too small to be sampled, ordered, cut into waves and skipped; everything is drawn twice.
+    Skipping,
+    /// Any GPU.
+    Gpu,
 }
 
-fn draw(device: &mut Device, scene: &Scene, view: &View, region: Region, name: &str) -> Vec<i32> {
-    let drawing = device.draw(scene, view, region).unwrap_or_else(|error| panic!("{name}: {error}"));
-    assert_eq!((drawing.region, drawing.ids.len()), (region, region.pixels()), "{name}");
-    drawing.ids
+/// An opened device.
+struct Drawer {
+    device: Device,
+    twice: bool,
+}
+
+/// Opens a device that must be there.
+fn open(choice: Choice) -> Drawer {
+    let device = match choice {
+        Choice::Cpu => Device::open(&DeviceChoice::Cpu),
+        Choice::Skipping => Ok(Device::Cpu(Cpu::with(Effort { order: 0, cover: 0, sample: 0, wave: 16 }))),
+        Choice::Gpu => Device::open(&DeviceChoice::Gpu),
+    };
+    let device = device.unwrap_or_else(|error| {
+        panic!("{choice:?}: {error}\nThese tests need both devices; on Debian: apt-get install mesa-vulkan-drivers")
+    });
+    let native = matches!(device, Device::Cpu(_));
+    assert_eq!(native, choice != Choice::Gpu, "{choice:?} gave {}", device.description());
+    Drawer { device, twice: choice == Choice::Skipping }
+}
+
+fn draw(drawer: &mut Drawer, scene: &Scene, view: &View, region: Region, name: &str) -> Vec<i32> {
+    let mut ids = || {
+        let drawing = drawer.device.draw(scene, view, region).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!((drawing.region, drawing.ids.len()), (region, region.pixels()), "{name}");
+        drawing.ids
+    };
+    let first = ids();
+    if !drawer.twice {
+        return first;
+    }
+    let second = ids();
+    assert!(first == second, "{name}: the second time, in order, the picture is another");
+    first
 }
 
 /// Gathers differences, and says them at the end.
@@ -71,7 +99,7 @@ struct Report {
 }
 
 impl Report {
-    fn new(device: &Device) -> Self {
+    fn new(Drawer { device, .. }: &Drawer) -> Self {
         Self {
             device: device.description(),
             scenes: 0,
@@ -128,7 +156,7 @@ impl Report {
 }
 
 /// Runs `check` over every scene (or every `step`-th) on a device.
-fn over_corpus(choice: &DeviceChoice, step: usize, mut check: impl FnMut(&mut Device, &mut Report, &Case, &[i32])) {
+fn over_corpus(choice: Choice, step: usize, mut check: impl FnMut(&mut Drawer, &mut Report, &Case, &[i32])) {
     let truth = &*TRUTH;
     let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let mut device = open(choice);
@@ -293,13 +321,7 @@ fn flipped(ids: &[i32], width: u32) -> Vec<i32> {
 }
 
 /// Draws changed scenes and compares them with the judge's answer for the unchanged one.
-fn relation(
-    choice: &DeviceChoice,
-    step: usize,
-    least: usize,
-    name: &str,
-    changes: impl Fn(&Case) -> Vec<(String, Changed)>,
-) {
+fn relation(choice: Choice, step: usize, least: usize, name: &str, changes: impl Fn(&Case) -> Vec<(String, Changed)>) {
     let mut compared = 0;
     over_corpus(choice, step, |device, report, case, ids| {
         for (how, changed) in changes(case) {
@@ -316,20 +338,23 @@ fn relation(
     assert!(!all || compared >= least, "only {compared} pictures could be {name} without rounding");
 }
 
-/// Each test for both devices.
-macro_rules! on_both {
+/// Each test for all that draws.
+macro_rules! on_all {
     ($($(#[$doc:meta])* $name:ident($choice:ident) $body:block)*) => {
-        $($(#[$doc])* fn $name($choice: &DeviceChoice) $body)*
+        $($(#[$doc])* fn $name($choice: Choice) $body)*
         mod cpu {
-            $(#[test] fn $name() { super::$name(&super::DeviceChoice::Cpu); })*
+            $(#[test] fn $name() { super::$name(super::Choice::Cpu); })*
+        }
+        mod skipping {
+            $(#[test] fn $name() { super::$name(super::Choice::Skipping); })*
         }
         mod gpu {
-            $(#[test] fn $name() { super::$name(&super::DeviceChoice::Gpu); })*
+            $(#[test] fn $name() { super::$name(super::Choice::Gpu); })*
         }
     };
 }
 
-on_both! {
+on_all! {
     every_pixel_is_the_judges(choice) {
         over_corpus(choice, 1, |device, report, case, ids| {
             let region = Region::whole(case.view.image);

@@ -13,8 +13,9 @@ use std::{ops::Range, sync::Mutex, time::Instant};
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Binner, Entry, Keep, KeepAll, Met, Window, Workspace, split},
+    bins::{Binner, Entry, Keep, Met, Window, Workspace, split},
     camera::{Region, View},
+    cover::{BLOCK, Cover},
     exact::decide::Truth,
     order::{GROUP, Ordered},
     plan::UNDECIDED,
@@ -25,9 +26,7 @@ use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
 
 /// Side of the largest tile, pixels.
 const SIDE: usize = 64;
-/// Side of a block, for which the farthest depth is kept.
-const BLOCK: usize = 8;
-/// Blocks a side of a tile.
+/// Blocks a side of a tile; for each the farthest depth is kept.
 const BLOCKS: usize = SIDE / BLOCK;
 /// No sphere.
 const NONE: i32 = -1;
@@ -78,8 +77,29 @@ impl Mode for Uncertified {
     const DECIDES: bool = false;
 }
 
+/// From how many spheres on work is done that saves more of it later, and how much is done at once. Pictures do not depend on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// A scene that is drawn again is put in order.
+    pub order: usize,
+    /// It is found out what large spheres hide.
+    pub cover: usize,
+    /// It is found out how deep spheres lie, and the front ones are drawn first.
+    pub sample: usize,
+    /// About how many entries one wave of lists has at most.
+    pub wave: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { order: 1 << 14, cover: 1 << 12, sample: SAMPLED, wave: WAVE }
+    }
+}
+
 /// The native device: memory that is kept from one picture to the next.
+#[derive(Default)]
 pub struct Cpu {
+    effort: Effort,
     lists: Workspace<Entry>,
     tiles: Vec<Tile>,
     groups: Workspace<Group>,
@@ -87,27 +107,12 @@ pub struct Cpu {
     drawn: Option<u64>,
     /// The same scene in order, once it is drawn again; none inside if it cannot be.
     ordered: Option<Option<Ordered>>,
-    /// Below this many spheres order is not worth while.
-    few: usize,
-}
-
-impl Default for Cpu {
-    fn default() -> Self {
-        Self {
-            lists: Workspace::default(),
-            tiles: Vec::new(),
-            groups: Workspace::default(),
-            drawn: None,
-            ordered: None,
-            few: FEW,
-        }
-    }
 }
 
 impl Cpu {
-    /// Orders every scene before it is drawn, however small: for tests.
-    pub fn order_always(&mut self) {
-        (self.few, self.drawn, self.ordered) = (0, None, None);
+    /// With other thresholds, to test that they do not show.
+    pub fn with(effort: Effort) -> Self {
+        Self { effort, ..Self::default() }
     }
 
     /// Finds out whether the scene is worth ordering, and orders it.
@@ -118,7 +123,7 @@ impl Cpu {
         if !again {
             self.ordered = None;
         }
-        if self.ordered.is_none() && scene.len() >= self.few && (again || bands > 2 || self.few == 0) {
+        if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > 2) {
             self.ordered = Some(Ordered::new(scene));
         }
     }
@@ -185,7 +190,10 @@ impl Cpu {
         let binner = Binner::new(&ordered.groups, truth, band, shift(band));
         let mut left = split(0..ordered.groups.len());
         let limit = scene.len() * SPREAD / GROUP + binner.grid.tiles();
-        let lists = binner.lists(&mut left, &KeepAll, limit, &mut self.groups);
+        let cover = self.cover(scene, &binner);
+        let depths = Depths::of_tiles(cover.as_ref(), &binner.grid);
+        let visible = Visible::in_front(&vec![f64::INFINITY; depths.len()], &depths, cover.is_some());
+        let lists = binner.lists(&mut left, &visible, limit, &mut self.groups);
         drawing.times.prepare += milliseconds(begun);
         if !left.iter().all(Range::is_empty) {
             return false;
@@ -193,7 +201,7 @@ impl Cpu {
         let drawn = Instant::now();
         let sums = Mutex::new(Sums::default());
         let painter = Painter { scene, truth, binner: &binner, sums: &sums };
-        painter.paint_once::<M>(Source::Groups(lists, ordered), &mut drawing.ids);
+        painter.paint_once::<M>(Source::Groups(lists, ordered), &depths, &mut drawing.ids);
         drawing.times.render += milliseconds(drawn);
         drawing.counts.tiles += binner.grid.tiles();
         let empty = (0..binner.grid.tiles()).filter(|&tile| lists.tile(&binner.grid, tile).is_empty());
@@ -204,6 +212,10 @@ impl Cpu {
         true
     }
 
+    fn cover(&self, scene: &Scene, binner: &Binner) -> Option<Cover> {
+        if scene.len() >= self.effort.cover { Cover::new(scene, &binner.projector) } else { None }
+    }
+
     /// One band: its spheres in as many waves as memory wants, front ones first where that saves work.
     fn draw_band<M: Mode>(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing) {
         let begun = Instant::now();
@@ -211,11 +223,16 @@ impl Cpu {
         let grid = binner.grid;
         let sums = Mutex::new(Sums::default());
         let painter = Painter { scene, truth, binner: &binner, sums: &sums };
-        let front = if scene.len() >= SAMPLED { front_depths(&binner) } else { vec![f64::INFINITY; grid.tiles()] };
+        let cover = self.cover(scene, &binner);
+        let mut depths = Depths::of_tiles(cover.as_ref(), &grid);
+        let mut front = vec![f64::INFINITY; grid.tiles()];
+        if scene.len() >= self.effort.sample {
+            front = front_depths(&binner, &Visible::in_front(&front, &depths, cover.is_some()));
+        }
         let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
         let mut left = split(0..scene.len());
-        let in_front = Visible { front: &front, drawn: None };
-        let mut lists = binner.lists(&mut left, &in_front, WAVE, &mut self.lists);
+        let in_front = Visible::in_front(&front, &depths, cover.is_some());
+        let mut lists = binner.lists(&mut left, &in_front, self.effort.wave, &mut self.lists);
         drawing.times.prepare += milliseconds(begun);
         let mut met = lists.met;
         drawing.counts.tiles += grid.tiles();
@@ -223,14 +240,13 @@ impl Cpu {
             let drawn = Instant::now();
             drawing.counts.entries += lists.entries.len();
             drawing.counts.empty += (0..grid.tiles()).filter(|&tile| lists.tile(&grid, tile).is_empty()).count();
-            painter.paint_once::<M>(Source::Spheres(lists), &mut drawing.ids);
+            painter.paint_once::<M>(Source::Spheres(lists), &depths, &mut drawing.ids);
             drawing.times.render += milliseconds(drawn);
         } else {
             let drawn = Instant::now();
             self.tiles.resize_with(grid.tiles(), Tile::default);
             self.tiles.par_iter_mut().enumerate().for_each(|(tile, state)| painter.clear(tile, state));
             drawing.times.render += milliseconds(drawn);
-            let mut depths = vec![Depths::NONE; grid.tiles()];
             let mut empty = vec![true; grid.tiles()];
             let mut second = false;
             loop {
@@ -247,8 +263,11 @@ impl Cpu {
                     left = split(0..scene.len());
                 }
                 let prepared = Instant::now();
-                let visible = Visible { front: &front, drawn: second.then_some(&depths) };
-                lists = binner.lists(&mut left, &visible, WAVE, &mut self.lists);
+                let visible = match second {
+                    false => Visible::in_front(&front, &depths, true),
+                    true => Visible::behind(&front, &depths),
+                };
+                lists = binner.lists(&mut left, &visible, self.effort.wave, &mut self.lists);
                 // The second time the same spheres are on the screen again.
                 met += Met { on_screen: if second { 0 } else { lists.met.on_screen }, ..lists.met };
                 drawing.times.prepare += milliseconds(prepared);
@@ -267,8 +286,6 @@ fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
 
-/// From this many spheres on, a scene that is drawn again is put in order.
-const FEW: usize = 1 << 14;
 /// As long as a group lies in about this many tiles on average, order pays.
 const SPREAD: usize = 32;
 
@@ -279,9 +296,9 @@ const LAYERS: u64 = 8;
 
 /// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if there are not as many. A
 /// guess: it decides only the order of work.
-fn front_depths(binner: &Binner) -> Vec<f64> {
+fn front_depths(binner: &Binner, visible: &Visible) -> Vec<f64> {
     let grid = &binner.grid;
-    let areas = binner.sample(16);
+    let areas = binner.sample(16, visible);
     areas
         .chunks(grid.slabs as usize)
         .map(|slabs| {
@@ -295,26 +312,35 @@ fn front_depths(binner: &Binner) -> Vec<f64> {
         .collect()
 }
 
-/// What begins in front of a depth, or what begins behind it and is not hidden by what is drawn.
+/// What begins in front of a depth, or what begins behind it, and is not known to be hidden.
 struct Visible<'a> {
     /// For each tile.
-    front: &'a [f64],
-    /// What is drawn of each tile, for the second.
-    drawn: Option<&'a [Depths]>,
+    ranges: Vec<[f64; 2]>,
+    /// What is known of each tile, if anything.
+    depths: Option<&'a [Depths]>,
+}
+
+impl<'a> Visible<'a> {
+    fn in_front(front: &[f64], depths: &'a [Depths], hides: bool) -> Self {
+        let ranges = front.iter().zip(depths).map(|(front, depths)| [f64::NEG_INFINITY, front.min(depths.farthest)]);
+        Self { ranges: ranges.collect(), depths: hides.then_some(depths) }
+    }
+
+    /// What begins at the very depth comes twice, which does no harm.
+    fn behind(front: &[f64], depths: &'a [Depths]) -> Self {
+        let ranges = front.iter().zip(depths).map(|(&front, depths)| [front, depths.farthest]);
+        Self { ranges: ranges.collect(), depths: Some(depths) }
+    }
 }
 
 impl Keep for Visible<'_> {
     #[inline(always)]
     fn depths(&self, tile: usize) -> [f64; 2] {
-        match self.drawn {
-            None => [f64::NEG_INFINITY, self.front[tile]],
-            // What begins at the very depth comes twice, which does no harm.
-            Some(drawn) => [self.front[tile], drawn[tile].farthest],
-        }
+        self.ranges[tile]
     }
 
     #[inline(always)]
     fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
-        self.drawn.is_none_or(|drawn| !hidden(&drawn[tile], nearest, window))
+        self.depths.is_none_or(|depths| !hidden(&depths[tile], nearest, window))
     }
 }

@@ -4,13 +4,14 @@ use std::{cell::RefCell, marker::PhantomData, mem::MaybeUninit, sync::Mutex};
 
 use rayon::prelude::*;
 
-use super::{BLOCK, BLOCKS, Mode, NONE, SIDE};
+use super::{BLOCKS, Mode, NONE, SIDE};
 use crate::{
-    bins::{Binner, Entry, Item, Lists, Window, towards_eye},
+    bins::{Binner, Entry, Grid, Item, Lists, Window, towards_eye},
     camera::{Projection, Region},
+    cover::{BLOCK, Cover, covers},
     exact::decide::{Ball, Hit, Root, Tally, Truth},
     filter::{BACK, Look, Margins, Row, length},
-    order::{GROUP, Ordered},
+    order::Ordered,
     plan::UNDECIDED,
     project::{BATCH, Batch, Projected},
     render::Counts,
@@ -31,7 +32,23 @@ pub(super) struct Depths {
 }
 
 impl Depths {
-    pub(super) const NONE: Self = Self { farthest: f64::INFINITY, blocks: [f64::INFINITY; BLOCKS * BLOCKS] };
+    const NONE: Self = Self { farthest: f64::INFINITY, blocks: [f64::INFINITY; BLOCKS * BLOCKS] };
+
+    /// Of tiles of which only a cover is known.
+    pub(super) fn of_tiles(cover: Option<&Cover>, grid: &Grid) -> Vec<Self> {
+        (0..grid.tiles()).map(|tile| Self::new(cover, grid.corner(tile))).collect()
+    }
+
+    fn new(cover: Option<&Cover>, ([x, y], side): ([usize; 2], usize)) -> Self {
+        let Some(cover) = cover else { return Self::NONE };
+        let depth = |block: usize| {
+            let (column, row) = (block % BLOCKS, block / BLOCKS);
+            let inside = column * BLOCK < side && row * BLOCK < side;
+            if inside { cover.depth(x / BLOCK + column, y / BLOCK + row) } else { f64::NEG_INFINITY }
+        };
+        let blocks = std::array::from_fn(depth);
+        Self { farthest: blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max), blocks }
+    }
 }
 
 /// The pixels of a tile.
@@ -146,7 +163,7 @@ struct Canvas {
     region: Region,
 }
 
-// SAFETY: tiles do not overlap, and each is written by one thread; see `Painter::write`.
+// SAFETY: tiles do not overlap, and each is written by one thread; see `Canvas::rows`.
 unsafe impl Sync for Canvas {}
 
 impl Canvas {
@@ -157,6 +174,18 @@ impl Canvas {
         // SAFETY: reserved above; `paint` wrote every tile, and each tile all its pixels.
         unsafe { ids.set_len(ids.len() + region.pixels()) };
     }
+
+    /// The rows of a tile, each with its place in the tile.
+    fn rows(&self, grid: &Grid, tile: usize, write: impl Fn(usize, &mut [MaybeUninit<i32>])) {
+        let Region { width, height, .. } = self.region;
+        let ([x, y], side) = grid.corner(tile);
+        let across = side.min(width as usize - x);
+        for row in 0..side.min(height as usize - y) {
+            let start = (y + row) * width as usize + x;
+            // SAFETY: inside the region; these pixels belong to this tile alone, and their memory outlives the threads.
+            write(row, unsafe { std::slice::from_raw_parts_mut(self.ids.add(start).cast(), across) });
+        }
+    }
 }
 
 thread_local! {
@@ -165,16 +194,20 @@ thread_local! {
 
 impl Painter<'_> {
     /// Draws all there is, and appends the ids of the region.
-    pub(super) fn paint_once<M: Mode>(&self, source: Source<'_>, ids: &mut Vec<i32>) {
+    pub(super) fn paint_once<M: Mode>(&self, source: Source<'_>, depths: &[Depths], ids: &mut Vec<i32>) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
             (0..self.binner.grid.tiles()).into_par_iter().with_max_len(4).for_each(|tile| {
                 if source.is_empty(self.binner, tile) {
-                    return self.write::<M>(tile, None, canvas);
+                    return self.fill(tile, NONE, canvas);
+                }
+                if let Some(index) = self.sole(source, tile) {
+                    return self.fill(tile, index, canvas);
                 }
                 TILE.with_borrow_mut(|state| {
                     self.clear(tile, state);
-                    self.paint_tile::<M>(source, tile, state, &mut Depths::NONE.clone());
-                    self.write::<M>(tile, Some(state), canvas);
+                    let mut depths = depths[tile];
+                    self.paint_tile::<M>(source, tile, state, &mut depths);
+                    self.write::<M>(tile, state, canvas);
                 });
             });
         });
@@ -199,29 +232,45 @@ impl Painter<'_> {
     /// Appends the ids of all tiles.
     pub(super) fn gather<M: Mode>(&self, tiles: &[Tile], ids: &mut Vec<i32>) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
-            tiles.par_iter().enumerate().for_each(|(tile, state)| self.write::<M>(tile, Some(state), canvas));
+            tiles.par_iter().enumerate().for_each(|(tile, state)| self.write::<M>(tile, state, canvas));
         });
     }
 
-    /// Writes the ids of a tile; none is seen without a state.
-    fn write<M: Mode>(&self, tile: usize, state: Option<&Tile>, canvas: &Canvas) {
-        let Region { width, height, .. } = canvas.region;
-        let ([x, y], side) = self.binner.grid.corner(tile);
-        let across = side.min(width as usize - x);
-        for row in 0..side.min(height as usize - y) {
-            let start = (y + row) * width as usize + x;
-            // SAFETY: inside the region; these pixels belong to this tile alone, and their memory outlives the threads.
-            let to =
-                unsafe { std::slice::from_raw_parts_mut(canvas.ids.add(start).cast::<MaybeUninit<i32>>(), across) };
-            match state {
-                None => to.fill(MaybeUninit::new(NONE)),
-                Some(state) => {
-                    for (to, &id) in to.iter_mut().zip(&state.id[row * SIDE..]) {
-                        to.write(if !M::DECIDES && id < NONE { UNDECIDED } else { id });
-                    }
+    /// The index of a sphere that is alone in a tile's list and covers the tile.
+    fn sole(&self, source: Source<'_>, tile: usize) -> Option<i32> {
+        let Binner { projector, grid, .. } = self.binner;
+        let index = match source {
+            Source::Spheres(lists) => match lists.tile(grid, tile) {
+                [entry] => entry.index,
+                _ => return None,
+            },
+            Source::Groups(lists, ordered) => match lists.tile(grid, tile) {
+                [Group { index, .. }] if ordered.starts[*index as usize] + 1 == ordered.starts[*index as usize + 1] => {
+                    ordered.indices[ordered.starts[*index as usize] as usize]
                 }
+                _ => return None,
+            },
+        };
+        let (block, at) = self.scene.locate(index as usize);
+        let sphere = projector.project(block.center(at), block.radius(at));
+        let ([x, y], side) = grid.corner(tile);
+        let columns = x..(x + side).min(projector.region.width as usize);
+        let rows = y..(y + side).min(projector.region.height as usize);
+        covers(projector, &sphere, columns, rows).then_some(index as i32)
+    }
+
+    /// Writes one index to all pixels of a tile.
+    fn fill(&self, tile: usize, index: i32, canvas: &Canvas) {
+        canvas.rows(&self.binner.grid, tile, |_, to| to.fill(MaybeUninit::new(index)));
+    }
+
+    /// Writes the ids of a tile.
+    fn write<M: Mode>(&self, tile: usize, state: &Tile, canvas: &Canvas) {
+        canvas.rows(&self.binner.grid, tile, |row, to| {
+            for (to, &id) in to.iter_mut().zip(&state.id[row * SIDE..]) {
+                to.write(if !M::DECIDES && id < NONE { UNDECIDED } else { id });
             }
-        }
+        });
     }
 
     fn paint_tile<M: Mode>(&self, source: Source<'_>, tile: usize, state: &mut Tile, depths: &mut Depths) {
@@ -368,7 +417,8 @@ impl PaintTile<'_> {
                 if hidden(self.depths, group.nearest.into(), group.window) {
                     continue;
                 }
-                let first = GROUP * group.index as usize;
+                let first = ordered.starts[group.index as usize] as usize;
+                let count = ordered.starts[group.index as usize + 1] as usize - first;
                 // What no plane cuts of the group is not cut of its spheres.
                 let around = ordered.groups.sphere(group.index as usize);
                 let cut = projector.cuts(&projector.project(around.center, around.radius));
@@ -381,7 +431,7 @@ impl PaintTile<'_> {
                     let down = (batch.top[k] <= batch.bottom[k].min(y + last)) & (batch.bottom[k] >= y);
                     seen |= u64::from(across & down & !(batch.nearest[k] > farthest)) << k;
                 }
-                seen &= u64::MAX >> (BATCH - batch.len);
+                seen &= u64::MAX >> (BATCH - count);
                 while seen != 0 {
                     let k = seen.trailing_zeros() as usize;
                     seen &= seen - 1;
@@ -457,7 +507,9 @@ impl PaintTile<'_> {
             let farthest = farthest.greatest();
             // Screens so wide that |dir|^2 overflows have no depths to go by.
             let usable = self.painter.binner.projector.screen.kappa < 1e70;
-            self.depths.blocks[block] = if usable { farthest } else { f64::INFINITY };
+            let known = &mut self.depths.blocks[block];
+            // What is held only comes nearer.
+            *known = if usable && farthest < *known { farthest } else { *known };
         }
         self.depths.farthest = self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     }

@@ -1,0 +1,167 @@
+//! What a few large spheres hide, known before anything is drawn.
+//!
+//! A sphere hides what begins behind it in a block of pixels that it covers whole. Its depth there is greatest at a corner: rays that
+//! meet the ball nearer than some depth meet the part of it before a plane, which is convex, and so is that part's picture.
+//! So the four pixels in the corners tell, with the bounds of [`crate::filter`].
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::{
+    bins::{Keep, Window},
+    camera::Projection,
+    filter::{BACK, Look, Margins, Row, length},
+    project::{Projected, Projector},
+    scene::{Radii, Reals, Scene},
+};
+
+/// Side of a block, pixels.
+pub const BLOCK: usize = 8;
+/// Side of a square that is tried before its blocks.
+const SQUARE: usize = 64;
+/// So many spheres are looked at.
+const MOST: usize = 512;
+
+/// Depths behind which nothing is seen.
+pub struct Cover {
+    /// Blocks across.
+    columns: usize,
+    /// Of each block, row by row; infinite where it is not covered.
+    depths: Vec<f64>,
+}
+
+impl Cover {
+    /// Of a region; none if no sphere is much larger than others, or none of these covers a block.
+    pub fn new(scene: &Scene, projector: &Projector) -> Option<Self> {
+        let bounds = scene.bounds();
+        if bounds.max_radius < 8.0 * bounds.min_radius || projector.screen.kappa >= 1e70 {
+            return None;
+        }
+        let blocks = |pixels: u32| (pixels as usize).div_ceil(BLOCK);
+        let (columns, rows) = (blocks(projector.region.width), blocks(projector.region.height));
+        let mut cover = Self { columns, depths: vec![f64::INFINITY; columns * rows] };
+        for index in large(scene, 0.25 * bounds.max_radius) {
+            let (block, at) = scene.locate(index);
+            let sphere = projector.project(block.center(at), block.radius(at));
+            match projector.projection {
+                Projection::Orthographic => cover.add::<false>(projector, &sphere),
+                Projection::Perspective => cover.add::<true>(projector, &sphere),
+            }
+        }
+        cover.depths.iter().any(|depth| *depth < f64::INFINITY).then_some(cover)
+    }
+
+    /// The depth behind which nothing is seen in the block of a column and a row of blocks; beyond the region, nothing is.
+    pub fn depth(&self, column: usize, row: usize) -> f64 {
+        let inside = column < self.columns;
+        self.depths.get(row * self.columns + column).filter(|_| inside).copied().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    fn add<const PERSPECTIVE: bool>(&mut self, projector: &Projector, sphere: &Projected) {
+        if projector.cuts(sphere) {
+            return;
+        }
+        let margins = Margins::new::<PERSPECTIVE>(sphere, projector.screen);
+        let [width, height] = [projector.region.width, projector.region.height].map(|side| side as usize);
+        let [x, y] = projector.extent::<PERSPECTIVE>(sphere);
+        // Whole blocks inside its box; a cast of what is below 0 or NaN gives 0.
+        let inside = |[first, last]: [f64; 2], pixels: usize| {
+            let end = if last >= pixels as f64 - 1.0 { pixels } else { (last as usize + 1) / BLOCK * BLOCK };
+            (first.ceil() as usize).next_multiple_of(BLOCK).min(end)..end
+        };
+        let (across, down) = (inside(x, width), inside(y, height));
+        for top in down.clone().step_by(BLOCK).filter(|top| top % SQUARE == 0 || *top == down.start) {
+            let rows = top..(top / SQUARE * SQUARE + SQUARE).min(down.end);
+            for left in across.clone().step_by(BLOCK).filter(|left| left % SQUARE == 0 || *left == across.start) {
+                let columns = left..(left / SQUARE * SQUARE + SQUARE).min(across.end);
+                let whole = greatest::<PERSPECTIVE>(projector, sphere, &margins, columns.clone(), rows.clone());
+                for row in rows.clone().step_by(BLOCK) {
+                    for column in columns.clone().step_by(BLOCK) {
+                        let of_block = || {
+                            let [across, down] = [column..(column + BLOCK).min(width), row..(row + BLOCK).min(height)];
+                            greatest::<PERSPECTIVE>(projector, sphere, &margins, across, down)
+                        };
+                        if let Some(depth) = whole.or_else(of_block) {
+                            let old = &mut self.depths[row / BLOCK * self.columns + column / BLOCK];
+                            *old = old.min(depth);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Whether a sphere is certainly met, and not cut, at all pixels of a rectangle.
+pub fn covers(projector: &Projector, sphere: &Projected, columns: Range<usize>, rows: Range<usize>) -> bool {
+    let greatest = match projector.projection {
+        Projection::Orthographic => greatest::<false>,
+        Projection::Perspective => greatest::<true>,
+    };
+    let margins = match projector.projection {
+        Projection::Orthographic => Margins::new::<false>(sphere, projector.screen),
+        Projection::Perspective => Margins::new::<true>(sphere, projector.screen),
+    };
+    !projector.cuts(sphere) && greatest(projector, sphere, &margins, columns, rows).is_some()
+}
+
+/// The greatest depth of a sphere that no plane cuts over a rectangle of pixels; none unless it certainly covers all of them.
+fn greatest<const PERSPECTIVE: bool>(
+    projector: &Projector,
+    sphere: &Projected,
+    margins: &Margins,
+    columns: Range<usize>,
+    rows: Range<usize>,
+) -> Option<f64> {
+    let mut greatest = f64::NEG_INFINITY;
+    for row in [rows.start, rows.end - 1] {
+        let sy = projector.rows[row];
+        let line = Row::new::<PERSPECTIVE>(sphere, sy);
+        for column in [columns.start, columns.end - 1] {
+            let sx = projector.columns[column];
+            let look = line.look::<PERSPECTIVE>(margins, [projector.near, projector.far], f64::INFINITY, sx);
+            let Look::Seen([_, high]) = look else { return None };
+            let depth = if PERSPECTIVE { high / length(sx, sy) } else { high };
+            greatest = greatest.max(depth + depth.abs() * BACK);
+        }
+    }
+    Some(greatest)
+}
+
+/// The first spheres of at least some radius.
+fn large(scene: &Scene, least: f64) -> Vec<usize> {
+    let mut found = Vec::new();
+    for (start, block) in scene.blocks() {
+        match &block.radii {
+            Radii::Same(radius) if *radius < least => {}
+            Radii::Same(_) => found.extend((0..block.len()).take(MOST).map(|at| start + at)),
+            Radii::Each(Reals::F32(radii)) => found.extend(search(radii.as_slice(), least, start)),
+            Radii::Each(Reals::F64(radii)) => found.extend(search(radii.as_slice(), least, start)),
+        }
+    }
+    found.truncate(MOST);
+    found
+}
+
+fn search<T: Copy + Into<f64> + Sync>(radii: &[T], least: f64, start: usize) -> Vec<usize> {
+    const PART: usize = 1 << 14;
+    let parts = radii.par_chunks(PART).enumerate().map(|(part, radii)| {
+        let found = radii.iter().enumerate().filter(|(_, radius)| (**radius).into() >= least);
+        found.take(MOST).map(|(at, _)| start + part * PART + at).collect::<Vec<_>>()
+    });
+    parts.flatten_iter().collect()
+}
+
+/// Keeps what is not behind a cover, in tiles that are blocks.
+impl Keep for Cover {
+    #[inline(always)]
+    fn depths(&self, tile: usize) -> [f64; 2] {
+        [f64::NEG_INFINITY, self.depths[tile]]
+    }
+
+    #[inline(always)]
+    fn keep(&self, _: usize, _: f64, _: Window) -> bool {
+        true
+    }
+}
