@@ -133,6 +133,11 @@ pub trait Keep: Sync {
     /// The least and the greatest depth at which what is kept begins.
     fn depths(&self, tile: usize) -> [f64; 2];
 
+    /// In no tile anything is kept that begins behind this.
+    fn farthest(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Whether a sphere that begins in the range is kept, given its pixels in the tile.
     fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool;
 }
@@ -368,6 +373,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
     fn run<L: simd::Lanes>(mut self) -> (usize, Met) {
         let Binner { projector, grid, .. } = self.binner;
         let last_tile = grid.tiles() as i32 - 1;
+        let farthest = self.keep.farthest();
         let mut batch = Batch::default();
         let mut met = Met::default();
         for (start, block) in self.binner.scene.blocks() {
@@ -377,15 +383,16 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work 
                 projector.project_batch(block, first - start, &mut batch);
                 projector.footprints(&mut batch);
                 let len = batch.len.min(end - first);
-                let mut on_screen = 0u64;
+                let (mut on_screen, mut behind) = (0u64, 0u64);
                 for k in 0..BATCH {
                     let inside = (batch.left[k] <= batch.right[k]) & (batch.top[k] <= batch.bottom[k]);
                     on_screen |= u64::from(inside) << k;
+                    behind |= u64::from(batch.nearest[k] > farthest) << k;
                 }
                 on_screen &= u64::MAX >> (BATCH - len);
                 met.on_screen += on_screen.count_ones() as usize;
-                let mut seen = on_screen;
-                if on_screen.count_ones() > 8 {
+                let mut seen = on_screen & !behind;
+                if seen.count_ones() > 8 {
                     // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
                     // tile is made up, and the answer not used.
                     let (mut tiles, mut several) = ([0; BATCH], 0u64);

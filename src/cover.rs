@@ -58,6 +58,11 @@ impl Cover {
         self.depths.get(row * self.columns + column).filter(|_| inside).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
+    /// Whether block number `tile` is covered by one sphere.
+    pub fn covers(&self, tile: usize) -> bool {
+        self.depths[tile] < f64::INFINITY
+    }
+
     fn add<const PERSPECTIVE: bool>(&mut self, projector: &Projector, sphere: &Projected) {
         if projector.cuts(sphere) {
             return;
@@ -158,6 +163,10 @@ impl Keep for Cover {
     #[inline(always)]
     fn depths(&self, tile: usize) -> [f64; 2] {
         [f64::NEG_INFINITY, self.depths[tile]]
+    }
+
+    fn farthest(&self) -> f64 {
+        self.depths.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
     #[inline(always)]

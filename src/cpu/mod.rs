@@ -31,7 +31,7 @@ const BLOCKS: usize = SIDE / BLOCK;
 /// No sphere.
 const NONE: i32 = -1;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
-pub(crate) const WAVE: usize = 1 << 20;
+pub(crate) const WAVE: usize = 1 << 18;
 /// Pixels of a band at most: its state is 12 bytes a pixel when there are several waves.
 pub(crate) const BAND: usize = 4 << 20;
 
@@ -337,6 +337,10 @@ impl Keep for Visible<'_> {
     #[inline(always)]
     fn depths(&self, tile: usize) -> [f64; 2] {
         self.ranges[tile]
+    }
+
+    fn farthest(&self) -> f64 {
+        self.ranges.iter().map(|range| range[1]).fold(f64::NEG_INFINITY, f64::max)
     }
 
     #[inline(always)]

@@ -28,7 +28,8 @@ use rayon::prelude::*;
 use crate::{
     bins::{self, KeepAll, Met},
     camera::{Region, View},
-    cpu::Cpu,
+    cover::Cover,
+    cpu::{Cpu, Effort},
     exact::decide::{Tally, Truth},
     plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
     project::Projector,
@@ -67,6 +68,8 @@ pub struct Gpu {
     uploaded: Option<Uploaded>,
     uploads: u64,
     wave: Wave,
+    /// From so many spheres on it is found out what large ones hide.
+    cover: usize,
     /// For what the device's numbers cannot hold, and pictures in which nearly every pixel is hard.
     cpu: Cpu,
     /// What went wrong outside of any call, such as a lost device.
@@ -134,6 +137,7 @@ impl Gpu {
             uploaded: None,
             uploads: 0,
             wave: Wave::default(),
+            cover: Effort::default().cover,
             cpu: Cpu::default(),
             fault,
         })
@@ -173,7 +177,8 @@ impl Gpu {
         fits
     }
 
-    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, to test that they do not show.
+    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, and scenes worth searching for
+    /// what large spheres hide, to test that it does not show.
     pub fn shrink(&mut self, chunk: usize, workgroups: u32, limits: Limits) {
         let own = self.limits;
         self.chunk = self.chunk.min(chunk.max(1));
@@ -184,6 +189,7 @@ impl Gpu {
             tiles: own.tiles.min(limits.tiles.max(1)),
             round: own.round.min(limits.round.max(1)),
         };
+        self.cover = 0;
         self.uploaded = None;
     }
 
@@ -267,15 +273,26 @@ impl Gpu {
         let mut waves = 0;
         let mut projector = None;
         let mut met = Met::default();
+        let large = spheres.scene.len() >= self.cover;
+        let cover = large.then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region))).flatten();
+        let mut sole = Vec::new();
         for chunk in chunks {
             let mut left = bins::split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
                 let begin = Instant::now();
-                projector = Some(self.wave.collect(spheres, region, &mut left, self.limits.wave, &KeepAll));
+                let (wave, limit) = (&mut self.wave, self.limits.wave);
+                projector = Some(match &cover {
+                    Some(cover) => wave.collect(spheres, region, &mut left, limit, cover),
+                    None => wave.collect(spheres, region, &mut left, limit, &KeepAll),
+                });
                 waves += 1;
                 met += self.wave.met;
                 drawing.counts.entries += self.wave.entries.len();
                 let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
+                if all && let Some(cover) = &cover {
+                    // What is alone in a tile that is covered is what covers it.
+                    sole = self.wave.take_single(spheres.order, |tile| cover.covers(tile));
+                }
                 let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
                 single = all && whole;
                 drawing.times.prepare += since(begin);
@@ -314,6 +331,13 @@ impl Gpu {
                 left_over = fill(ids, region, band.columns, &slot_of, found, spheres.order);
             })
         })?;
+        for (tile, index) in sole {
+            let (x, y) = (tile % band.columns * TILE, tile / band.columns * TILE);
+            let across = x as usize..region.width.min(x + TILE) as usize;
+            for row in y..region.height.min(y + TILE) {
+                ids[row as usize * region.width as usize..][across.clone()].fill(index);
+            }
+        }
         drawing.times.read_back += since(begin);
         if decide && self.executor.certain {
             let begin = Instant::now();
