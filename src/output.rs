@@ -8,6 +8,7 @@ use std::{
     fs,
     io::{self, Write},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use tempfile::NamedTempFile;
@@ -96,7 +97,7 @@ impl Target {
                 Body::Done
             }
             Self::File(path) => {
-                let mut spool = Spool { path: resolved(path), body: Body::Memory(Vec::new()) };
+                let mut spool = Spool { path: resolved(path), body: Body::Memory(Pieces::default()) };
                 write(&mut spool).map_err(|error| self.io(error))?;
                 spool.body
             }
@@ -116,7 +117,7 @@ impl Target {
                 let file = fs::OpenOptions::new().write(true).open(path).map_err(|error| self.io(error))?;
                 Way::Through(Box::new(io::BufWriter::with_capacity(1 << 16, file)))
             }
-            Self::File(path) => Way::Spool(Spool { path: resolved(path), body: Body::Memory(Vec::new()) }),
+            Self::File(path) => Way::Spool(Spool { path: resolved(path), body: Body::Memory(Pieces::default()) }),
         };
         Ok(Sink { target: self, way, error: None, closed: false })
     }
@@ -159,6 +160,20 @@ impl Sink {
                 Err(copy)
             }
             Ok(()) => Ok(()),
+        }
+    }
+
+    /// As writing, but bytes that wait in memory are not copied.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn give(&mut self, bytes: Shared) -> io::Result<()> {
+        match &mut self.way {
+            Way::Spool(Spool { body: Body::Memory(pieces), .. }) if pieces.takes((*bytes).as_ref()) => {
+                pieces.give(bytes);
+                Ok(())
+            }
+            _ => self.write_all((*bytes).as_ref()),
         }
     }
 
@@ -234,9 +249,51 @@ pub struct Staged {
 }
 
 enum Body {
-    Memory(Vec<u8>),
+    Memory(Pieces),
     Disk(NamedTempFile),
     Done,
+}
+
+/// Bytes that others may look at as well.
+pub type Shared = Arc<dyn AsRef<[u8]> + Send + Sync>;
+
+/// Bytes that wait in memory.
+#[derive(Default)]
+struct Pieces {
+    /// One after the other.
+    given: Vec<Shared>,
+    /// What comes after these.
+    written: Vec<u8>,
+    /// Of all.
+    length: usize,
+}
+
+impl Pieces {
+    /// Whether more may wait.
+    fn takes(&self, bytes: &[u8]) -> bool {
+        self.length + bytes.len() <= IN_MEMORY
+    }
+
+    fn give(&mut self, bytes: Shared) {
+        self.length += (*bytes).as_ref().len();
+        if !self.written.is_empty() {
+            self.given.push(Arc::new(std::mem::take(&mut self.written)));
+        }
+        self.given.push(bytes);
+    }
+
+    fn extend(&mut self, bytes: &[u8]) {
+        self.length += bytes.len();
+        self.written.extend_from_slice(bytes);
+    }
+
+    /// A temporary file with these bytes.
+    fn beside(&self, path: &Path) -> io::Result<NamedTempFile> {
+        let mut file = beside(path)?;
+        self.given.iter().try_for_each(|bytes| file.write_all((**bytes).as_ref()))?;
+        file.write_all(&self.written)?;
+        Ok(file)
+    }
 }
 
 /// Gives every file its name, after all of them lie on the disk: together or, short of a failing rename, not at all.
@@ -249,9 +306,8 @@ pub fn commit(staged: Vec<Staged>) -> Result<(), OutputError> {
         let Target::File(path) = &target else { continue };
         let path = resolved(path);
         match body {
-            Body::Memory(bytes) => {
-                let mut file = beside(&path).map_err(|error| target.io(error))?;
-                file.write_all(&bytes).map_err(|error| target.io(error))?;
+            Body::Memory(pieces) => {
+                let file = pieces.beside(&path).map_err(|error| target.io(error))?;
                 files.push((target, path, file));
             }
             Body::Disk(file) => files.push((target, path, file)),
@@ -275,11 +331,7 @@ pub fn commit_new(staged: Staged, names: impl IntoIterator<Item = PathBuf>) -> R
         return Err(target.io(io::Error::other("standard output has no name")));
     };
     let mut file = match body {
-        Body::Memory(bytes) => {
-            let mut file = beside(path).map_err(|error| target.io(error))?;
-            file.write_all(&bytes).map_err(|error| target.io(error))?;
-            file
-        }
+        Body::Memory(pieces) => pieces.beside(path).map_err(|error| target.io(error))?,
         Body::Disk(file) => file,
         Body::Done => return Err(target.io(io::ErrorKind::AlreadyExists.into())),
     };
@@ -306,14 +358,12 @@ impl Write for Spool {
     }
 
     fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        if let Body::Memory(memory) = &mut self.body {
-            if memory.len() + bytes.len() <= IN_MEMORY {
-                memory.extend_from_slice(bytes);
+        if let Body::Memory(pieces) = &mut self.body {
+            if pieces.takes(bytes) {
+                pieces.extend(bytes);
                 return Ok(());
             }
-            let mut file = beside(&self.path)?;
-            file.write_all(memory)?;
-            self.body = Body::Disk(file);
+            self.body = Body::Disk(pieces.beside(&self.path)?);
         }
         match &mut self.body {
             Body::Disk(file) => file.write_all(bytes),

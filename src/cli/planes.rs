@@ -1,13 +1,13 @@
 //! The planes of a picture on their way out: PNG, ids, depths and what merging needs, band by band where the picture is
 //! so large that not even its ids should lie in memory.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use super::{Failure, args::Outputs, progress::Progress};
 use crate::{
     camera::Region,
     exact::decide::Truth,
-    frame::{self, Paint, PngFile, PngRows},
+    frame::{self, Paint, Plane, PngFile, PngRows},
     output::{OutputError, Staged, Target},
     part::{Meta, Pixel, Seen, merge::MergeError, write::PartWriter},
     scene::Scene,
@@ -121,7 +121,7 @@ pub(super) fn write(
         Some(png) => Some(png.rows(paint).map_err(or(&outputs.picture))?),
         None => None,
     };
-    let mut all = Vec::new();
+    let mut all = Arc::new(Plane(Vec::new()));
 
     for band in bands(region, *band) {
         let Found { ids, bounds } = draw(band)?;
@@ -129,7 +129,7 @@ pub(super) fn write(
             let _progress = Progress::step("working out depths");
             let plane =
                 timed(&mut spent.depth, || frame::depths(scene, truth, band, &ids)).ok_or(MergeError::NotSeen)?;
-            timed(&mut spent.encode, || frame::numbers(sink, &plane, f32::to_le_bytes)).map_err(or(&outputs.depth))?;
+            timed(&mut spent.encode, || sink.give(Arc::new(Plane(plane)))).map_err(or(&outputs.depth))?;
         }
         let _progress = Progress::step("encoding");
         if let Some((part, seen)) = &mut part {
@@ -153,33 +153,24 @@ pub(super) fn write(
             }
         }
         timed(&mut spent.encode, || -> Result<(), Failure> {
+            let ids = Arc::new(Plane(ids));
             if let Some(sink) = &mut ids_sink {
+                let index = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
                 match indices {
-                    Indices::From { .. } => frame::numbers(sink, &ids, i32::to_le_bytes),
-                    Indices::Each(_) => {
-                        let index = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
-                        match wide {
-                            true => {
-                                let ids: Vec<i64> = ids.iter().map(|&id| index(id)).collect();
-                                frame::numbers(sink, &ids, i64::to_le_bytes)
-                            }
-                            false => {
-                                let ids: Vec<i32> = ids.iter().map(|&id| index(id) as i32).collect();
-                                frame::numbers(sink, &ids, i32::to_le_bytes)
-                            }
-                        }
-                    }
+                    Indices::From { .. } => sink.give(ids.clone()),
+                    Indices::Each(_) if wide => sink.give(Arc::new(Plane(ids.0.iter().map(|&id| index(id)).collect()))),
+                    Indices::Each(_) => sink.give(Arc::new(Plane(ids.0.iter().map(|&id| index(id) as i32).collect()))),
                 }
                 .map_err(or(&outputs.ids))?;
             }
             if let Some(rows) = &mut rows {
-                rows.push(&ids).map_err(or(&outputs.picture))?;
+                rows.push(&ids.0).map_err(or(&outputs.picture))?;
             } else if outputs.picture.is_some() {
                 // One band is the usual case, and is not copied.
-                if all.is_empty() {
+                if all.0.is_empty() {
                     all = ids;
                 } else {
-                    all.extend(ids);
+                    Arc::make_mut(&mut all).0.extend_from_slice(&ids.0);
                 }
             }
             Ok(())
@@ -189,7 +180,7 @@ pub(super) fn write(
     let (_progress, start) = (Progress::step("encoding"), Instant::now());
     let mut staged = Vec::new();
     if let (true, Some(target)) = (whole, &outputs.picture) {
-        staged.push(target.clone().stage(|out| frame::write_png(out, region, &all, &paint))?);
+        staged.push(target.clone().stage(|out| frame::write_png(out, region, &all.0, &paint))?);
     }
     rows.map_or(Ok(()), PngRows::finish).map_err(or(&outputs.picture))?;
     png.map_or(Ok(()), PngFile::finish).map_err(or(&outputs.picture))?;

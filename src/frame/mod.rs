@@ -8,7 +8,7 @@ mod npy;
 mod png;
 
 pub use depth::{depth_plane, depths, distance_bounds};
-pub use npy::{header as npy_header, numbers, record_header as npy_record_header, write_f32, write_i32};
+pub use npy::{Plane, header as npy_header, record_header as npy_record_header, write_f32, write_i32};
 pub use png::{PngFile, PngRows, write_png};
 
 use rayon::prelude::*;

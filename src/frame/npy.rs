@@ -2,12 +2,25 @@
 
 use std::io::{self, Write};
 
+#[cfg(target_endian = "big")]
+compile_error!("planes are written as they lie in memory, as little-endian numbers: this machine's are big-endian");
+
+/// Numbers as the bytes that follow a header.
+#[derive(Clone)]
+pub struct Plane<T>(pub Vec<T>);
+
+impl<T: bytemuck::Pod> AsRef<[u8]> for Plane<T> {
+    fn as_ref(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.0)
+    }
+}
+
 /// Writes numbers of a shape as int32.
 ///
 /// # Errors
 /// The writer's.
 pub fn write_i32(out: &mut dyn Write, shape: &[usize], numbers: &[i32]) -> io::Result<()> {
-    write(out, "<i4", shape, numbers.len(), numbers, i32::to_le_bytes)
+    write(out, "<i4", shape, numbers)
 }
 
 /// Writes numbers of a shape as float32.
@@ -15,39 +28,13 @@ pub fn write_i32(out: &mut dyn Write, shape: &[usize], numbers: &[i32]) -> io::R
 /// # Errors
 /// The writer's.
 pub fn write_f32(out: &mut dyn Write, shape: &[usize], numbers: &[f32]) -> io::Result<()> {
-    write(out, "<f4", shape, numbers.len(), numbers, f32::to_le_bytes)
+    write(out, "<f4", shape, numbers)
 }
 
-fn write<T: bytemuck::Pod>(
-    out: &mut dyn Write,
-    descr: &str,
-    shape: &[usize],
-    count: usize,
-    values: &[T],
-    little: fn(T) -> [u8; 4],
-) -> io::Result<()> {
-    assert_eq!(shape.iter().product::<usize>(), count, "the shape is the numbers'");
+fn write<T: bytemuck::Pod>(out: &mut dyn Write, descr: &str, shape: &[usize], numbers: &[T]) -> io::Result<()> {
+    assert_eq!(shape.iter().product::<usize>(), numbers.len(), "the shape is the numbers'");
     out.write_all(&header(descr, shape))?;
-    numbers(out, values, little)
-}
-
-/// Writes numbers after the header, some or all; `little` gives the bytes of one.
-///
-/// # Errors
-/// The writer's.
-pub fn numbers<T: bytemuck::Pod, const N: usize>(
-    out: &mut dyn Write,
-    values: &[T],
-    little: fn(T) -> [u8; N],
-) -> io::Result<()> {
-    if cfg!(target_endian = "little") {
-        return out.write_all(bytemuck::cast_slice(values));
-    }
-    for part in values.chunks(1 << 16) {
-        let bytes: Vec<u8> = part.iter().flat_map(|&n| little(n)).collect();
-        out.write_all(&bytes)?;
-    }
-    Ok(())
+    out.write_all(bytemuck::cast_slice(numbers))
 }
 
 /// The header of an array: magic, version, and the dict that NumPy reads, filled up so that the numbers begin at a multiple of 64 bytes.
