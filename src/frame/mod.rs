@@ -11,6 +11,8 @@ pub use depth::{depth_plane, depths, distance_bounds};
 pub use npy::{Plane, header as npy_header, record_header as npy_record_header, write_f32, write_i32};
 pub use png::{PngFile, PngRows, write_png};
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::scene::Scene;
@@ -30,26 +32,41 @@ impl Paint<'_> {
         usize::try_from(id).map_or(self.background, |index| self.scene.color(index))
     }
 
-    /// Calls `each` with every id's place and colour, in order; neighbours of one id share one look-up.
-    fn each(&self, ids: &[i32], mut each: impl FnMut(usize, [u8; 3])) {
-        let (mut last, mut color) = (-1, self.background);
-        for (at, &id) in ids.iter().enumerate() {
-            if id != last {
-                (last, color) = (id, self.color(id));
-            }
-            each(at, color);
-        }
+    /// Runs of one id, in order: their places and their colours.
+    fn runs(&self, ids: &[i32]) -> impl Iterator<Item = (Range<usize>, [u8; 3])> {
+        let mut start = 0;
+        std::iter::from_fn(move || {
+            let id = *ids.get(start)?;
+            let run = start..start + run(id, &ids[start..]);
+            start = run.end;
+            Some((run, self.color(id)))
+        })
     }
 
     /// The colour plane: sRGB, one for each id, in their order.
     pub fn colors(&self, ids: &[i32]) -> Vec<[u8; 3]> {
         let mut colors = vec![[0; 3]; ids.len()];
         colors.par_chunks_mut(1 << 14).zip(ids.par_chunks(1 << 14)).for_each(|(colors, ids)| {
-            self.each(ids, |at, color| colors[at] = color);
+            self.runs(ids).for_each(|(run, color)| colors[run].fill(color));
         });
         colors
     }
 }
+
+/// How many ids at the beginning are this one.
+fn run(id: i32, ids: &[i32]) -> usize {
+    let short = ids.iter().take(LANES).take_while(|&&other| other == id).count();
+    if short < LANES {
+        return short;
+    }
+    // Many at a time, without a way out in between.
+    let same = |ids: &&[i32; LANES]| ids.iter().fold(true, |same, &other| same & (other == id));
+    let whole = LANES * ids.as_chunks::<LANES>().0.iter().take_while(same).count();
+    whole + ids[whole..].iter().take_while(|&&other| other == id).count()
+}
+
+/// Ids that are compared at a time.
+const LANES: usize = 16;
 
 #[cfg(test)]
 mod tests {
@@ -65,6 +82,10 @@ mod tests {
         let paint = Paint { scene: &scene, background: [9, 9, 9] };
         assert_eq!(paint.colors(&[1, 1, -1, 0, 1]), [[4, 5, 6], [4, 5, 6], [9, 9, 9], [1, 2, 3], [4, 5, 6]]);
         let many: Vec<i32> = (0..100_000).map(|k| k % 3 - 1).collect();
+        let runs: Vec<i32> = (0..300).flat_map(|k| std::iter::repeat_n(k % 3 - 1, k as usize % 70)).collect();
+        assert!(paint.colors(&runs).iter().zip(&runs).all(|(&color, &id)| color == paint.color(id)));
+        assert!(paint.runs(&runs).all(|(run, _)| runs[run.clone()].iter().all(|&id| id == runs[run.start])));
+        assert_eq!(paint.runs(&[1; 40]).collect::<Vec<_>>(), [(0..40, [4, 5, 6])]);
         assert!(paint.colors(&many).iter().zip(&many).all(|(&color, &id)| color == paint.color(id)));
     }
 }

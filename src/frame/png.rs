@@ -65,7 +65,7 @@ pub fn write_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint
         let rows = &mut bytes[..ids.len() / width * row_bytes];
         rows.par_chunks_mut(row_bytes).zip(ids.par_chunks(width)).for_each(|(row, ids)| match &palette {
             Some(palette) => palette.fill(row, ids, paint, bits),
-            None => paint.each(ids, |at, color| row[3 * at..3 * at + 3].copy_from_slice(&color)),
+            None => paint.fill(row, ids),
         });
         stream.write_all(rows)?;
     }
@@ -129,7 +129,7 @@ impl<W: Write> PngRows<'_, W> {
         for ids in ids.chunks(band) {
             self.bytes.resize(3 * ids.len(), 0);
             self.bytes.par_chunks_mut(3 * self.width).zip(ids.par_chunks(self.width)).for_each(|(row, ids)| {
-                self.paint.each(ids, |at, color| row[3 * at..3 * at + 3].copy_from_slice(&color));
+                self.paint.fill(row, ids);
             });
             self.stream.write_all(&self.bytes)?;
         }
@@ -153,6 +153,14 @@ fn into_io(error: EncodingError) -> io::Error {
     }
 }
 
+impl Paint<'_> {
+    /// Fills a row with colours, three bytes a pixel.
+    fn fill(&self, row: &mut [u8], ids: &[i32]) {
+        let row = row.as_chunks_mut::<3>().0;
+        self.runs(ids).for_each(|(run, color)| row[run].fill(color));
+    }
+}
+
 /// At most 256 colours, in order.
 struct Palette {
     colors: Vec<[u8; 3]>,
@@ -165,16 +173,19 @@ impl Palette {
     fn of(ids: &[i32], paint: &Paint) -> Option<Self> {
         let part = |ids: &[i32]| {
             let (mut colors, mut changes, mut last) = (Vec::with_capacity(257), 0usize, None);
-            paint.each(ids, |_, color| {
-                if last != Some(color) && colors.len() <= 256 {
+            for (_, color) in paint.runs(ids) {
+                if last != Some(color) {
                     last = Some(color);
                     changes += 1;
                     if let Err(at) = colors.binary_search(&color) {
                         colors.insert(at, color);
                     }
+                    if colors.len() > 256 {
+                        return None;
+                    }
                 }
-            });
-            (colors.len() <= 256).then_some((colors, changes))
+            }
+            Some((colors, changes))
         };
         let merge = |(mut a, n): (Vec<[u8; 3]>, usize), (b, m): (Vec<[u8; 3]>, usize)| {
             a.extend(b);
@@ -204,14 +215,19 @@ impl Palette {
     fn fill(&self, row: &mut [u8], ids: &[i32], paint: &Paint, bits: usize) {
         row.fill(0);
         let per_byte = 8 / bits;
-        let (mut last, mut index) = (None, 0);
-        paint.each(ids, |at, color| {
-            if last != Some(color) {
-                last = Some(color);
-                index = self.colors.binary_search(&color).expect("the palette holds every colour") as u8;
+        for (run, color) in paint.runs(ids) {
+            let index = self.colors.binary_search(&color).expect("the palette holds every colour") as u8;
+            // Whole bytes, and the pixels before and after them.
+            let whole = run.start.div_ceil(per_byte)..run.end / per_byte;
+            let before = run.start..run.end.min(whole.start * per_byte);
+            let after = before.end.max(whole.end * per_byte)..run.end;
+            if !whole.is_empty() {
+                row[whole].fill((0..per_byte).fold(0u32, |byte, _| byte << bits | u32::from(index)) as u8);
             }
-            row[at / per_byte] |= index << (8 - bits - bits * (at % per_byte));
-        });
+            for at in before.chain(after) {
+                row[at / per_byte] |= index << (8 - bits - bits * (at % per_byte));
+            }
+        }
     }
 }
 
