@@ -68,6 +68,10 @@ pub struct Screen {
     pub delta: f64,
     /// Spheres of at least this radius have `T = 2^-16 r^2`, even with that `D`.
     pub plain: f64,
+    /// Their `E`, over the radius.
+    pub doubt: f64,
+    /// Their `W`.
+    pub width: f64,
 }
 
 impl Screen {
@@ -81,7 +85,16 @@ impl Screen {
         let plain = (65536.0 * SOLID * DOUBT * (1.0 + 1e-6)) * (spread * delta);
         // Where squares come near to what underflows, or overflow, every sphere is looked at by itself.
         let usable = plain > 1e-100 && plain < 1e100 && spread < 1e40;
-        Self { kappa, spread, delta, plain: if usable { plain } else { f64::INFINITY } }
+        let per_quotient = if sides.is_some() { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
+        let doubt = (DOUBT * (1.0 + 1e-6)) * (spread * delta);
+        Self {
+            kappa,
+            spread,
+            delta,
+            plain: if usable { plain } else { f64::INFINITY },
+            doubt,
+            width: if usable { 256.0 * per_quotient * doubt } else { 0.0 },
+        }
     }
 }
 
@@ -102,16 +115,14 @@ impl Margins {
     /// Of a sphere.
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, screen: Screen) -> Self {
-        let Screen { kappa, spread, delta, plain } = screen;
+        let Screen { kappa, spread, plain, doubt, width, .. } = screen;
         let square = s.r * s.r;
         let least = square * (1.0 / 65536.0);
-        let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
         if s.r >= plain {
             // Nearly all: the bounds of the farthest sphere are good enough, and cost a few products.
-            let doubt = (DOUBT * (1.0 + 1e-6)) * (spread * delta) * s.r;
-            let width = (256.0 * DOUBT * (1.0 + 1e-6)) * per_quotient * (spread * delta);
-            return Self { doubt, solid: least, width, rim: (RIM / 256.0) * s.r };
+            return Self { doubt: doubt * s.r, solid: least, width, rim: (RIM / 256.0) * s.r };
         }
+        let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
         let delta = kappa * s.bound();
         // NaN is vague.
         if !(VAGUE * spread * delta <= s.r) {
@@ -166,6 +177,13 @@ impl Row {
         let (m, along) = if PERSPECTIVE { (s.y - s.z * sy, s.y * sy + s.z) } else { (sy - s.y, s.z) };
         let fixed = if PERSPECTIVE { m * m } else { square - m * m };
         Self { sphere: *s, square, sy, m, along, fixed }
+    }
+
+    /// The same with `by` added to `b`: where that is `W`, `b - sqrt q` is the upper end of the depth's interval, with no more
+    /// roundings than if it were added last.
+    #[inline(always)]
+    pub fn lifted(self, by: f64) -> Self {
+        Self { along: self.along + by, ..self }
     }
 
     /// `q` and `b` at screen coordinates `sx`.

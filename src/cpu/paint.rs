@@ -333,6 +333,17 @@ const PLAIN: Margins = Margins { doubt: 0.0, solid: 0.0, width: 0.0, rim: 0.0 };
 /// After so many spheres the depths of blocks are brought up to date.
 const FRESH: usize = 64;
 
+/// What the bounds leave open of eight pixels.
+struct Doubt {
+    /// A bit for each pixel to be decided.
+    undecided: u8,
+    /// For each that is certainly hit.
+    sure: u8,
+    /// Bounds of the depths of certain hits.
+    leasts: [f64; LANES],
+    mosts: [f64; LANES],
+}
+
 /// Where the pixels of a tile lie.
 #[derive(Clone, Copy)]
 struct Place<'a> {
@@ -363,6 +374,10 @@ impl PaintTile<'_> {
         };
         let (columns, rows) = (some(&projector.columns, x), some(&projector.rows, y));
         let place = Place { columns: &columns, rows: &rows, corner: [x, y] };
+        if M::BOUNDS {
+            // For all spheres whose bounds are those of the screen.
+            self.state.widen(2.0 * projector.screen.width);
+        }
         match self.source {
             Source::Spheres(lists) => self.spheres::<L, PERSPECTIVE, M>(lists, place),
             Source::Groups(lists, ordered) => self.groups::<L, PERSPECTIVE, M>(lists, ordered, place),
@@ -383,8 +398,9 @@ impl PaintTile<'_> {
             }
             for some in entries.chunks(FRESH) {
                 for entry in some {
-                    let cut = projector.cuts(&entry.sphere);
-                    self.entry::<L, PERSPECTIVE, M>(entry, entry.sphere.nearest(), cut, place);
+                    if !hidden(self.depths, entry.sphere.nearest(), entry.window) {
+                        self.entry::<L, PERSPECTIVE, M>(entry, projector.cuts(&entry.sphere), place);
+                    }
                 }
                 self.freshen::<L, PERSPECTIVE>(place);
             }
@@ -405,6 +421,7 @@ impl PaintTile<'_> {
         let last = (1 << grid.shift) - 1;
         let mut groups = Vec::new();
         let mut batch = Batch::default();
+        let mut spheres = Vec::with_capacity(BATCH);
         let mut drawn = 0;
         for slab in 0..grid.slabs {
             if self.depths.farthest < grid.slab_start(slab) {
@@ -432,6 +449,7 @@ impl PaintTile<'_> {
                     seen |= u64::from(across & down & !(batch.nearest[k] > farthest)) << k;
                 }
                 seen &= u64::MAX >> (BATCH - count);
+                spheres.clear();
                 while seen != 0 {
                     let k = seen.trailing_zeros() as usize;
                     seen &= seen - 1;
@@ -442,11 +460,16 @@ impl PaintTile<'_> {
                     }
                     let inside = |value: i32, from: i32| (value - from).clamp(0, last) as u8;
                     let window = [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)];
-                    let entry = Entry { sphere: batch.sphere(k), index: ordered.indices[first + k], window };
-                    let cut = cut && projector.cuts(&entry.sphere);
-                    self.entry::<L, PERSPECTIVE, M>(&entry, batch.nearest[k], cut, place);
-                    drawn += 1;
+                    if !hidden(self.depths, batch.nearest[k], window) {
+                        let index = ordered.indices[first + k];
+                        spheres.push(Entry { sphere: batch.sphere(k), index, window });
+                    }
                 }
+                for entry in &spheres {
+                    let cut = cut && projector.cuts(&entry.sphere);
+                    self.entry::<L, PERSPECTIVE, M>(entry, cut, place);
+                }
+                drawn += spheres.len();
                 if drawn >= FRESH {
                     self.freshen::<L, PERSPECTIVE>(place);
                     drawn = 0;
@@ -456,16 +479,7 @@ impl PaintTile<'_> {
     }
 
     #[inline(always)]
-    fn entry<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
-        &mut self,
-        entry: &Entry,
-        nearest: f64,
-        cut: bool,
-        place: Place<'_>,
-    ) {
-        if hidden(self.depths, nearest, entry.window) {
-            return;
-        }
+    fn entry<L: Lanes, const PERSPECTIVE: bool, M: Mode>(&mut self, entry: &Entry, cut: bool, place: Place<'_>) {
         let [left, right, top, bottom] = entry.window.map(u64::from);
         let lanes = LANES as u64;
         self.sums.entries += 1;
@@ -530,73 +544,83 @@ impl PaintTile<'_> {
         let margins =
             if M::BOUNDS { Margins::new::<PERSPECTIVE>(s, self.painter.binner.projector.screen) } else { PLAIN };
         let Margins { doubt, solid, width, rim } = margins;
-        let vague = solid == f64::INFINITY;
-        if !vague {
-            self.state.widen(2.0 * width);
+        // What is vague is never in front for certain, and has no width.
+        let lift = if solid == f64::INFINITY { 0.0 } else { width };
+        if M::BOUNDS && s.r < self.painter.binner.projector.screen.plain {
+            self.state.widen(2.0 * lift);
         }
-        // How far before `b` what must be nearer than the holder begins, less its square root.
-        let before = if vague { 0.0 } else { 1.1 * width };
         let id = entry.index as i32;
         // A holder that turned out to be the same sphere.
         let mut twin: Option<i32> = None;
         let [left, right, top, bottom] = entry.window.map(usize::from);
         let zero = L::splat(0.0);
+        let mut slack = L::splat(self.state.slack);
         for row in top..=bottom {
             let line = Row::new::<PERSPECTIVE>(s, rows[row]);
+            let lifted = line.lifted(lift);
             for first in (left / LANES * LANES..=right).step_by(LANES) {
                 let at = row * SIDE + first;
                 let sx = L::load(&columns[first..]);
                 let high = L::load(&self.state.high[at..]);
-                let (q, b) = line.meet::<L, PERSPECTIVE>(sx);
+                let (q, b) = lifted.meet::<L, PERSPECTIVE>(sx);
+                // `b - high`, with `W` added.
+                let above = b.sub(high);
                 // Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root.
                 // For hits that are not solid, `rim` stands for root and `W`. The tenth added to `W` covers the roundings of
-                // the difference and the square, 1.5 u of the depth: see [`crate::filter`] for what `W` is at least.
-                let ahead = b.sub(L::splat(before)).sub(high).max(zero);
+                // the differences and the square, 2.5 u of the depth: see [`crate::filter`] for what `W` is at least.
+                let ahead = above.sub(L::splat(2.1 * lift)).max(zero);
                 let lose = q.less(L::splat(-doubt)) | L::splat(rim * rim).max(q).less(ahead.mul(ahead));
                 if lose == u8::MAX {
                     continue;
                 }
                 let root = q.max(zero).sqrt();
-                // What is NaN is in doubt.
+                // What is NaN is in doubt. In front for certain: `b - sqrt q + W < high - slack`.
                 let sure = L::splat(solid).less(q);
-                let depth = b.sub(root);
-                let most = depth.add(L::splat(width));
-                let win = sure & most.less(high.sub(L::splat(self.state.slack)));
+                let win = sure & above.add(slack).less(root);
                 if win != 0 {
-                    L::select(win, most, high).store(&mut self.state.high[at..]);
+                    L::select(win, b.sub(root), high).store(&mut self.state.high[at..]);
                     L::mark(win, id, &mut self.state.id[at..]);
                     self.touch(row, first);
                 }
-                let mut undecided = !(win | lose);
+                let undecided = !(win | lose);
                 if !M::BOUNDS || undecided == 0 {
                     continue;
                 }
                 let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
-                depth.sub(L::splat(width)).store(&mut leasts);
-                most.store(&mut mosts);
-                while undecided != 0 {
-                    let k = undecided.trailing_zeros() as usize;
-                    undecided &= undecided - 1;
-                    let at = at + k;
-                    if let Some(twin) = twin
-                        && self.state.id[at] == twin
-                    {
-                        // Known to be the same sphere, under another index.
-                        self.state.id[at] = twin.min(id);
-                        continue;
-                    }
-                    if !M::DECIDES {
-                        self.leave_open(
-                            entry,
-                            at,
-                            leasts[k],
-                            if sure >> k & 1 == 1 { mosts[k] } else { f64::INFINITY },
-                        );
-                        continue;
-                    }
-                    let depth = (sure >> k & 1 == 1).then_some([leasts[k], mosts[k]]);
-                    twin = self.settle::<PERSPECTIVE>(entry, at, corner, depth).or(twin);
-                }
+                line.meet::<L, PERSPECTIVE>(sx).1.sub(root).sub(L::splat(width)).store(&mut leasts);
+                b.sub(root).store(&mut mosts);
+                let doubt = Doubt { undecided, sure, leasts, mosts };
+                self.decide::<PERSPECTIVE, M>(entry, at, corner, &doubt, &mut twin);
+                slack = L::splat(self.state.slack);
+            }
+        }
+    }
+
+    /// Decides between a sphere and the holders of some of eight pixels.
+    #[cold]
+    #[inline(never)]
+    fn decide<const PERSPECTIVE: bool, M: Mode>(
+        &mut self,
+        entry: &Entry,
+        first: usize,
+        corner: [usize; 2],
+        &Doubt { mut undecided, sure, leasts, mosts }: &Doubt,
+        twin: &mut Option<i32>,
+    ) {
+        while undecided != 0 {
+            let k = undecided.trailing_zeros() as usize;
+            undecided &= undecided - 1;
+            let (at, sure) = (first + k, sure >> k & 1 == 1);
+            if let Some(twin) = *twin
+                && self.state.id[at] == twin
+            {
+                // Known to be the same sphere, under another index.
+                self.state.id[at] = twin.min(entry.index as i32);
+            } else if M::DECIDES {
+                let depth = sure.then_some([leasts[k], mosts[k]]);
+                *twin = self.settle::<PERSPECTIVE>(entry, at, corner, depth).or(*twin);
+            } else {
+                self.leave_open(entry, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
             }
         }
     }
