@@ -558,7 +558,8 @@ impl PaintTile<'_> {
         for row in top..=bottom {
             let line = Row::new::<PERSPECTIVE>(s, rows[row]);
             let lifted = line.lifted(lift);
-            for first in (left / LANES * LANES..=right).step_by(LANES) {
+            for vector in left / LANES..right / LANES + 1 {
+                let first = vector * LANES;
                 let at = row * SIDE + first;
                 let sx = L::load(&columns[first..]);
                 let high = L::load(&self.state.high[at..]);
