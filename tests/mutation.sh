@@ -125,16 +125,36 @@ more 'inner walls at once' $f 'Self::Near => -1,' 'Self::Near => 1,' '' --test e
 more 'depths of 100 bits whatever cancels' $f 'if y.is_within(0.25 * DISTANCE_ERROR) {' 'if y.is_within(1e300) || true {' 'camera' --test exactness depths_are
 more 'order of lattices: the radius does not drop out' src/exact/small.rs 'if same_radius && s == t' 'if s == t' '' --test exactness cpu::every_pixel
 
-f=src/cpu.rs
-fault 'ties to the higher index' $f 'order.then(index.total_cmp(&holder)).is_gt()' 'order.then(holder.total_cmp(&index)).is_gt()' '' --test exactness cpu::every_pixel
+f=src/cpu/paint.rs
+fault 'ties to the higher index' $f 'order.then(index.cmp(&holder)).is_gt()' 'order.then(holder.cmp(&index)).is_gt()' '' --test exactness cpu::every_pixel
 more 'duplicates: the higher index' $f 'self.state.id[at] = holder.min(index);' 'self.state.id[at] = holder.max(index);' 'twice' --test exactness cpu::every_pixel
-more 'duplicates at a glance: the higher index' $f 'self.state.id[at] = twin.min(id);' 'self.state.id[at] = twin.max(id);' 'twice' --test exactness cpu::every_pixel
+more 'duplicates at a glance: the higher index' $f 'twin.min(entry.index as i32)' 'twin.max(entry.index as i32)' 'twice' --test exactness cpu::every_pixel
 more 'hidden by the nearest block' $f 'farthest = if block > farthest { block } else { farthest };' 'farthest = if farthest > f64::NEG_INFINITY { farthest } else { block };' '' --test exactness cpu::every_pixel
 more 'hidden by nothing' $f '    nearest > farthest
 }' '    nearest > farthest - 1.0
 }' '' --test exactness cpu::every_pixel
-more 'early stop a slab too soon' $f 'if self.depths.farthest < grid.slab_start(slab) {' 'if self.depths.farthest < grid.slab_start(slab + 1) {' '' --test exactness cpu::every_pixel
+more 'early stop a slab too soon' $f 'if self.depths.farthest < grid.slab_start(slab) {
+                break;
+            }
+            for some' 'if self.depths.farthest < grid.slab_start(slab + 1) {
+                break;
+            }
+            for some' '' --test exactness cpu::every_pixel
+more 'early stop a slab of groups too soon' $f 'if self.depths.farthest < grid.slab_start(slab) {
+                break;
+            }
+            groups.clear' 'if self.depths.farthest < grid.slab_start(slab + 1) {
+                break;
+            }
+            groups.clear' '' --test exactness skipping::every_pixel
+more 'groups hidden by their middle' $f 'Self { index, nearest: towards_eye(nearest), window }' 'Self { index, nearest: towards_eye(nearest + 1.0), window }' '' --test exactness skipping::every_pixel
 more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
+
+f=src/order.rs
+fault 'groups that do not hold their spheres' $f 'block.center(sphere).distance(middle) + block.radius(sphere)' 'block.center(sphere).distance(middle)' '' --test exactness skipping::every_pixel
+f=src/cover.rs
+fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs() * BACK);' 'greatest = if greatest > f64::NEG_INFINITY { greatest.min(depth) } else { depth };' '' --test exactness skipping::every_pixel
+more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test exactness skipping::every_pixel
 
 f=src/plan.rs
 more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const ROTATION_ERROR: f64 = 3.125 / 8.0;' '' --test adversary places
