@@ -20,7 +20,10 @@ const SIDE: usize = TILE as usize;
 const _: () = assert!(SIDE == LANES, "a row of a tile is one vector");
 
 /// Below this many tiles, waking other threads costs more than it saves.
-const FEW: usize = 16;
+const FEW: usize = 256;
+
+/// So many spheres of a list are remembered, to know their duplicates.
+const SEEN: usize = 2 * LANES;
 
 /// What decides: the spheres, and the lists of a wave.
 #[derive(Clone, Copy)]
@@ -287,6 +290,10 @@ impl Paint<'_> {
             nearest: [0.0; LANES],
             window: [[0; 2]; LANES],
         };
+        // The last spheres that were looked at: a later one that is the same is nowhere seen.
+        let mut depths = [f64::INFINITY; SEEN];
+        let mut seen = [(u32::MAX, zero); SEEN];
+        let mut count = 0;
         for places in wave.tile(self.open.tile as usize).chunks(LANES) {
             for (k, &place) in places.iter().enumerate() {
                 batch.index[k] = order.index(place);
@@ -313,9 +320,24 @@ impl Paint<'_> {
                 if rows_seen == 0 || across & open_columns == 0 {
                     continue;
                 }
+                let (index, ball, z) = (batch.index[k], batch.ball[k], L::splat(sphere.z));
+                let mut again = false;
+                for first in (0..SEEN).step_by(LANES) {
+                    let depths = L::load(&depths[first..]);
+                    let mut same = !(depths.less(z) | z.less(depths));
+                    while same != 0 {
+                        let (earlier, other) = seen[first + same.trailing_zeros() as usize];
+                        same &= same - 1;
+                        again |= earlier < index && other == ball;
+                    }
+                }
+                if again {
+                    continue;
+                }
+                (depths[count % SEEN], seen[count % SEEN]) = (sphere.z, (index, ball));
+                count += 1;
                 let margins = Margins::new::<PERSPECTIVE>(&sphere, projector.screen);
-                let candidate =
-                    Candidate { index: batch.index[k], ball: batch.ball[k], sphere, rows: rows_seen, margins };
+                let candidate = Candidate { index, ball, sphere, rows: rows_seen, margins };
                 let nearer = match projector.cuts(&sphere) {
                     false => self.whole::<L, PERSPECTIVE>(&candidate, columns, &rows),
                     true => self.clipped::<PERSPECTIVE>(&candidate, &projector.columns[x..], &rows),
