@@ -602,46 +602,51 @@ mod tests {
         for view in [[1, 0, 0], [3, 4, 0], [1, 1, 0], [2, 1, 0], [1, 1, 1], [4, 0, 3], [2, 1, 2], [1, 2, 5], [0, 1, 2]]
         {
             let d = DVec3::from_array(view.map(f64::from));
-            let mut camera = Camera::orthographic(-16.0 * d, d);
-            camera.size = ScreenSize::Width(33.0 / 8.0);
-            let view = View::new(camera, image);
-            let bounds = Bounds {
-                min_center: DVec3::splat(-2.0),
-                max_center: DVec3::splat(2.0),
-                min_radius: 0.75,
-                max_radius: 0.75,
-            };
-            let truth = Truth::new(&view, bounds);
-            let (mut ties, mut signs) = (0u64, 0u64);
-            let centers: Vec<DVec3> =
-                (0..125).map(|k| DVec3::new(k as f64 % 5.0, (k / 5) as f64 % 5.0, (k / 25) as f64) - 2.0).collect();
-            for row in (0..33).step_by(2) {
-                for column in (0..33).step_by(2) {
-                    let pixel = truth.pixel(column, row);
-                    let hits: Vec<Hit> = centers
-                        .iter()
-                        .filter_map(|&center| pixel.hit(Ball { center, radius: 0.75 }, &mut Tally::default()))
-                        .collect();
-                    let pairs = (0..hits.len()).flat_map(|k| (0..k).map(move |l| [k, l]));
-                    for pair in pairs.map(|pair| pair.map(|k| &hits[k])) {
-                        let exponent = truth.exponent([pair[0].ball, pair[1].ball]);
-                        let [one, other] = [0, 1].map(|k| truth.site(pixel.odd, pair[k].ball, exponent));
-                        let want = truth.field.sign_with_roots(&one.beta.minus(&other.beta), -1, &one.q, -1, &other.q);
-                        let got = pixel.order(pair[0], pair[1], &mut tally);
-                        assert_eq!(
-                            got,
-                            want.cmp(&0),
-                            "{:?} {:?} at {column}, {row} along {d}",
-                            pair[0].ball,
-                            pair[1].ball
-                        );
-                        ties += u64::from(want == 0);
-                        signs += 1;
+            // From far away, and from inside spheres that are symmetrical about the camera's plane.
+            for origin in [-16.0 * d, 0.5 * d] {
+                let mut camera = Camera::orthographic(origin, d);
+                camera.size = ScreenSize::Width(33.0 / 8.0);
+                let view = View::new(camera, image);
+                let bounds = Bounds {
+                    min_center: DVec3::splat(-2.0),
+                    max_center: DVec3::splat(2.0),
+                    min_radius: 0.75,
+                    max_radius: 0.75,
+                };
+                let truth = Truth::new(&view, bounds);
+                let (mut ties, mut signs) = (0u64, 0u64);
+                let centers: Vec<DVec3> =
+                    (0..125).map(|k| DVec3::new(k as f64 % 5.0, (k / 5) as f64 % 5.0, (k / 25) as f64) - 2.0).collect();
+                for row in (0..33).step_by(2) {
+                    for column in (0..33).step_by(2) {
+                        let pixel = truth.pixel(column, row);
+                        let hits: Vec<Hit> = centers
+                            .iter()
+                            .filter_map(|&center| pixel.hit(Ball { center, radius: 0.75 }, &mut Tally::default()))
+                            .collect();
+                        let pairs = (0..hits.len()).flat_map(|k| (0..k).map(move |l| [k, l]));
+                        for pair in pairs.map(|pair| pair.map(|k| &hits[k])) {
+                            let exponent = truth.exponent([pair[0].ball, pair[1].ball]);
+                            let [one, other] = [0, 1].map(|k| truth.site(pixel.odd, pair[k].ball, exponent));
+                            let [s, t] = pair.map(|hit| hit.root.sign());
+                            let want =
+                                truth.field.sign_with_roots(&one.beta.minus(&other.beta), s, &one.q, t, &other.q);
+                            let got = pixel.order(pair[0], pair[1], &mut tally);
+                            assert_eq!(
+                                got,
+                                want.cmp(&0),
+                                "{:?} {:?} at {column}, {row} along {d}",
+                                pair[0].ball,
+                                pair[1].ball
+                            );
+                            ties += u64::from(want == 0);
+                            signs += 1;
+                        }
                     }
                 }
+                println!("along {d}: {signs} orders, {ties} ties, {} by big integers so far", tally.big);
+                all_ties += ties;
             }
-            println!("along {d}: {signs} orders, {ties} ties, {} by big integers so far", tally.big);
-            all_ties += ties;
         }
         // Without symmetry, axes without rational lengths have few ties.
         assert!(all_ties > 2000 && tally.big * 8 < all_ties, "{all_ties}, {tally:?}");
