@@ -138,10 +138,9 @@ more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let 
 
 f=src/gpu/decide.rs
 more 'GPU, decisions: ties to the higher index' $f 'then(index.total_cmp(&holder)).is_gt()' 'then(holder.total_cmp(&index)).is_gt()' '' --test exactness gpu::every_pixel
-more 'GPU, decisions: duplicates, the higher index' $f 'again |= earlier < index && other == ball;' 'again |= earlier > index && other == ball;' 'twice' --test exactness gpu::every_pixel
 more 'GPU, decisions: a duplicate by its depth alone' $f 'again |= earlier < index && other == ball;' 'again |= earlier < index;' '' --test exactness gpu::every_pixel
 more 'GPU, decisions: early stop at the first behind' $f 'if nearest - sphere.bound() - disorder > self.open.farthest {' 'if nearest > self.open.farthest {' '' --test exactness gpu::every_pixel
-more 'GPU, decisions: no far pixels' $f 'farthest = depth.max(farthest);' 'farthest = farthest.max(depth);' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: no far pixels' $f 'farthest = depth.max(farthest);' 'farthest = depth;' '' --test exactness gpu::every_pixel
 more 'GPU, decisions: lower bounds of holders as the upper' $f 'self.slack.max(1.05 * width)' 'self.slack.max(0.0 * width)' '' --test exactness gpu::every_pixel
 
 f=src/exact/small.rs

@@ -722,8 +722,8 @@ impl Report {
             rows = &rows[same..];
         }
         if !self.price.is_empty() {
-            text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above; cubic lattices: one less): processor ms with everything, and with \
-                     bounds and decisions\nswitched off, in turn\n";
+            text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above; cubic lattices: one less): processor ms with \
+                     everything, and\nwith bounds and decisions switched off, in turn\n";
             let mut table =
                 Table::new(&["scene", "spheres", "on", "full", "off", "ratio", "least", "greatest", "runs"]);
             for price in &self.price {
