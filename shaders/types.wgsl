@@ -85,7 +85,7 @@ const NONE = -1;
 // The host must decide, in `ids`.
 const UNDECIDED = -2;
 // Hits so near to the silhouette that half the chord is below the radius over this are left to the host.
-const REACH = 64.0;
+const REACH = 128.0;
 // Spheres above this radius (in steps) would overflow squares: every pixel of their tiles is left to the host.
 const GREATEST_RADIUS = 0x1p40;
 

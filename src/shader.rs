@@ -138,9 +138,20 @@ impl Variant {
         parts.push(if perspective { part!("perspective.wgsl") } else { part!("orthographic.wgsl") });
         parts.push(if self.clipped { part!("clipped.wgsl") } else { part!("open.wgsl") });
         parts.push(part!("nearest.wgsl"));
-        parts.push(if self.certain { part!("answer.wgsl") } else { part!("answer_plain.wgsl") });
-        parts.push(if self.merged { part!("finish_merge.wgsl") } else { part!("finish_once.wgsl") });
-        parts.push(if self.certain { part!("settle.wgsl") } else { part!("settle_plain.wgsl") });
+        match (self.certain, self.merged) {
+            (true, false) => parts.extend([part!("settle_once.wgsl"), part!("settle_column.wgsl")]),
+            (true, true) => parts.extend([
+                part!("answer.wgsl"),
+                part!("finish_merge.wgsl"),
+                part!("settle.wgsl"),
+                part!("settle_column.wgsl"),
+            ]),
+            (false, merged) => {
+                parts.push(part!("answer_plain.wgsl"));
+                parts.push(if merged { part!("finish_merge.wgsl") } else { part!("finish_once.wgsl") });
+                parts.push(part!("settle_plain.wgsl"));
+            }
+        }
         match self.lanes {
             Lanes::Alone => parts.push(part!("tiles_portable.wgsl")),
             Lanes::Eight => {

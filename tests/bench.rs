@@ -92,8 +92,8 @@ fn accuracy_of_few_scenes() {
         }
     }
     assert!(inexact > 100.0, "the textbook's quadratic is wrong at {inexact} pixels only");
-    // Each device with and without bounds, on four scenes.
-    assert_eq!(report["price"].as_array().map(Vec::len), Some(8));
+    // Each device with and without bounds, on ten scenes.
+    assert_eq!(report["price"].as_array().map(Vec::len), Some(20));
     let svg = std::fs::read_to_string(plot).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     // One mark for each method and scene, each with its words.

@@ -155,6 +155,16 @@ fault 'groups that do not hold their spheres' $f 'block.center(sphere).distance(
 f=src/cover.rs
 fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs() * BACK);' 'greatest = if greatest > f64::NEG_INFINITY { greatest.min(depth) } else { depth };' '' --test exactness skipping::every_pixel
 more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test exactness skipping::every_pixel
+f=src/gpu/decide.rs
+more 'GPU, decisions: ties to the higher index' $f 'then(index.total_cmp(&holder)).is_gt()' 'then(holder.total_cmp(&index)).is_gt()' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: a duplicate by its depth alone' $f 'again |= earlier < index && other == ball;' 'again |= earlier < index;' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: early stop at the first behind' $f 'if nearest - sphere.bound() - disorder > self.open.farthest {' 'if nearest > self.open.farthest {' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: no far pixels' $f 'farthest = depth.max(farthest);' 'farthest = depth;' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: lower bounds of holders as the upper' $f 'self.slack.max(1.05 * width)' 'self.slack.max(0.0 * width)' '' --test exactness gpu::every_pixel
+
+f=src/exact/small.rs
+more 'symmetry: rational roots taken for independent' $f '[_, None, Some(root_ab)] => y * root_ab == p && x == 0,' '[_, None, Some(root_ab)] => x * root_ab == p && y == 0,' '' --lib exact::decide
+more 'symmetry: depths left out' $f 'if dot(f, self.d) != dot(h, self.d) {' 'if dot(f, self.d) != dot(f, self.d) {' '' --lib exact::decide
 
 f=src/plan.rs
 more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const ROTATION_ERROR: f64 = 3.125 / 8.0;' '' --test adversary places
@@ -176,8 +186,10 @@ f=shaders/perspective.wgsl
 more 'GPU, perspective: E without the place' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (65.0 * U * k * radius)' '' --test adversary squares
 more 'GPU, perspective: E without roundings' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (3.7 * delta)' '' --test adversary squares
 more 'GPU, perspective: E without the place squared' $f '+ 4.4 * delta * delta' '' '' --test adversary squares
-more 'GPU: the best is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled
-more 'GPU: unsafe bests are kept' shaders/settle.wgsl 'named >= AGAIN || none' 'none' '' --test adversary settled
+more 'GPU: the best is always right' shaders/settle_once.wgsl '(rest > high) &' '(rest > 0u) &' '' --test adversary settled
+more 'GPU: unsafe bests are kept' shaders/settle_once.wgsl '(named < AGAIN)' '(named < MISS)' '' --test adversary settled
+more 'GPU: the best of several passes is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled
+more 'GPU: unsafe bests of several passes are kept' shaders/settle.wgsl 'named >= AGAIN || none' 'none' '' --test adversary settled
 more 'GPU: the best of two passes is the farther' shaders/finish_merge.wgsl 'found.high < old.high ||' 'found.high > old.high ||' '' --test adversary settled
 more 'GPU: the other of two passes is forgotten' shaders/finish_merge.wgsl 'min(min(old.rest, found.rest), select(found.low, old.low, better))' 'min(old.rest, found.rest)' '' --test adversary settled
 

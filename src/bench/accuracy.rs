@@ -575,16 +575,51 @@ fn everything_exact(made: &Made, truth: &Truth, region: Region, exact: &[i32], s
     row
 }
 
-/// The devices as they are against the same without bounds, in turn, on generic and on hard scenes.
-fn price(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<(Vec<Price>, Vec<Check>), BenchError> {
+/// What the price is measured on.
+struct Subject {
+    made: Made,
+    image: ImageSize,
+    /// The camera moves by multiples of this many steps of [`moved`].
+    stride: usize,
+    /// Greatest quotient.
+    limit: f64,
+}
+
+/// Spheres on the integers about the origin. Pixels are a 32nd of a cell: true ties where rays lie in planes of symmetry.
+fn cubic(name: &str, side: i32, radius: f64, view: DVec3, image: ImageSize) -> Made {
+    let side_of = |k: i32| f64::from(k - side / 2);
+    let place = |k: i32| DVec3::new(side_of(k % side), side_of(k / side % side), side_of(k / (side * side)));
+    let spheres: Vec<_> = (0..side * side * side).map(|k| (place(k), radius)).collect();
+    subject(name, &spheres, view, DVec3::ZERO, 64.0 * view.length(), f64::from(image.width) / 32.0)
+}
+
+/// Generic and hard scenes.
+fn priced(settings: &Settings) -> Vec<Subject> {
     let image = if settings.quick { settings.image } else { ImageSize { width: 1024, height: 1024 } };
     let counts: &[usize] = if settings.quick { &[1_000] } else { &[1_000, 10_000, 100_000, 1_000_000] };
     let hard = if settings.quick { 1_000 } else { 100_000 };
-    let mut recipes: Vec<(Recipe, f64)> = counts.iter().map(|&n| (Recipe::new(Kind::Uniform, n), 1.05)).collect();
-    recipes.extend([Kind::Coincident, Kind::Lattice, Kind::Twice].map(|kind| (Recipe::new(kind, hard), 2.0)));
+    let mut subjects = Vec::new();
+    for projection in [Projection::Orthographic, Projection::Perspective] {
+        let uniform = counts.iter().map(|&count| (Kind::Uniform, count, 1.05));
+        let hard = [Kind::Coincident, Kind::Lattice, Kind::Twice].map(|kind| (kind, hard, 2.0));
+        subjects.extend(uniform.chain(hard).map(|(kind, count, limit)| {
+            let made = Recipe { projection, ..Recipe::new(kind, count) }.make(image);
+            Subject { made, image, stride: 1, limit }
+        }));
+    }
+    // The middles of pixels lie in planes of symmetry, which a camera that moves would leave.
+    let odd = ImageSize { width: image.width - 1, height: image.height - 1 };
+    let side = if settings.quick { 10 } else { 40 };
+    let along = cubic("cubic lattice along an axis", side, 0.7, DVec3::X, odd);
+    let oblique = cubic("cubic lattice, oblique", side, 0.7, DVec3::new(2.0, 1.0, 0.0), odd);
+    subjects.extend([along, oblique].map(|made| Subject { made, image: odd, stride: 0, limit: 2.0 }));
+    subjects
+}
+
+/// The devices as they are against the same without bounds, in turn, on generic and on hard scenes.
+fn price(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<(Vec<Price>, Vec<Check>), BenchError> {
     let (mut prices, mut checks) = (Vec::new(), Vec::new());
-    for (recipe, limit) in recipes {
-        let made = recipe.make(image);
+    for Subject { made, image, stride, limit } in priced(settings) {
         let spheres = made.scene.len();
         say(&format!("price of exactness: {} spheres, {}", count(spheres), made.name));
         for contender in &settings.devices {
@@ -592,7 +627,7 @@ fn price(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<(Vec<Price>, 
             let (mut full, mut plain) = (Samples::default(), Samples::default());
             // Small differences want many repetitions; the order within a pair changes from one to the next.
             for step in 0..=3 * settings.frames {
-                let view = View::new(moved(&made.camera, image, step), image);
+                let view = View::new(moved(&made.camera, image, stride * step), image);
                 let mut warm = (Samples::default(), Samples::default());
                 let (full, plain) = if step == 0 { (&mut warm.0, &mut warm.1) } else { (&mut full, &mut plain) };
                 for turn in 0..2 {
@@ -687,8 +722,8 @@ impl Report {
             rows = &rows[same..];
         }
         if !self.price.is_empty() {
-            text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above): processor ms with everything, and with \
-                     bounds and decisions\nswitched off, in turn\n";
+            text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above; cubic lattices: one less): processor ms with \
+                     everything, and\nwith bounds and decisions switched off, in turn\n";
             let mut table =
                 Table::new(&["scene", "spheres", "on", "full", "off", "ratio", "least", "greatest", "runs"]);
             for price in &self.price {

@@ -15,8 +15,8 @@
 //! pixel share the scale, so depths compare as `beta_1 -+ sqrt q_1` with `beta_2 -+ sqrt q_2`: a sign of
 //! `x + s sqrt q - t sqrt p` ([`super::field`]). Lengths become integers by one power of two and the pixel counts.
 //!
-//! Three arithmetics are tried in turn: 128-bit integers where the axes are rational and the numbers short ([`super::small`]),
-//! as on lattices seen along an axis, where true ties are common; 100 bits with a bound ([`super::dd`]); integers of any size.
+//! Three arithmetics are tried in turn: 128-bit integers where the numbers are short ([`super::small`]), and the axes rational or the
+//! spheres symmetrical, as on lattices, where true ties are common; 100 bits with a bound ([`super::dd`]); integers of any size.
 
 use std::{cell::OnceCell, cmp::Ordering};
 
@@ -117,7 +117,7 @@ pub struct Truth {
     bounds: Bounds,
     axes: Axes,
     field: Field,
-    /// The view in 128-bit integers, if its axes are rational, its projection orthographic, and its numbers short.
+    /// The view in 128-bit integers, if its projection is orthographic and its numbers are short.
     small: Option<small::Frame>,
     /// Lengths are multiplied by this power of two before the 100-bit arithmetic.
     scale: f64,
@@ -151,7 +151,7 @@ impl Truth {
         let lcm = x / gcd(x, y) * y;
         let lcm = [lcm, lcm / x, lcm / y];
         let small = match view.camera.projection {
-            Projection::Orthographic => small::Frame::new(&axes, field.rational(), view, lcm, exponent),
+            Projection::Orthographic => small::Frame::new(&axes, field.roots(), view, lcm, exponent),
             Projection::Perspective => None,
         };
         Self { view: *view, bounds, axes, field, small, scale, slack, lcm }
@@ -257,6 +257,9 @@ impl Pixel<'_> {
             || {
                 let frame = self.truth.small.as_ref()?;
                 let same_radius = one.ball.radius == other.ball.radius;
+                if same_radius && s == t && frame.symmetrical(self.odd, one.ball, other.ball)? {
+                    return Some(0);
+                }
                 let (one, other) = (frame.site(self.odd, one.ball)?, frame.site(self.odd, other.ball)?);
                 small::order(&one, s, &other, t, same_radius)
             },
@@ -583,5 +586,69 @@ impl Truth {
                 Site { beta, q, a: length, p }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, ImageSize, ScreenSize};
+
+    /// Orders of a lattice's spheres against integers of any size, for axes of every kind; ties by symmetry need none.
+    #[test]
+    fn orders_on_lattices() {
+        let image = ImageSize { width: 33, height: 33 };
+        let (mut all_ties, mut tally) = (0, Tally::default());
+        for view in [[1, 0, 0], [3, 4, 0], [1, 1, 0], [2, 1, 0], [1, 1, 1], [4, 0, 3], [2, 1, 2], [1, 2, 5], [0, 1, 2]]
+        {
+            let d = DVec3::from_array(view.map(f64::from));
+            // From far away, and from inside spheres that are symmetrical about the camera's plane.
+            for origin in [-16.0 * d, 0.5 * d] {
+                let mut camera = Camera::orthographic(origin, d);
+                camera.size = ScreenSize::Width(33.0 / 8.0);
+                let view = View::new(camera, image);
+                let bounds = Bounds {
+                    min_center: DVec3::splat(-2.0),
+                    max_center: DVec3::splat(2.0),
+                    min_radius: 0.75,
+                    max_radius: 0.75,
+                };
+                let truth = Truth::new(&view, bounds);
+                let (mut ties, mut signs) = (0u64, 0u64);
+                let centers: Vec<DVec3> =
+                    (0..125).map(|k| DVec3::new(k as f64 % 5.0, (k / 5) as f64 % 5.0, (k / 25) as f64) - 2.0).collect();
+                for row in (0..33).step_by(2) {
+                    for column in (0..33).step_by(2) {
+                        let pixel = truth.pixel(column, row);
+                        let hits: Vec<Hit> = centers
+                            .iter()
+                            .filter_map(|&center| pixel.hit(Ball { center, radius: 0.75 }, &mut Tally::default()))
+                            .collect();
+                        let pairs = (0..hits.len()).flat_map(|k| (0..k).map(move |l| [k, l]));
+                        for pair in pairs.map(|pair| pair.map(|k| &hits[k])) {
+                            let exponent = truth.exponent([pair[0].ball, pair[1].ball]);
+                            let [one, other] = [0, 1].map(|k| truth.site(pixel.odd, pair[k].ball, exponent));
+                            let [s, t] = pair.map(|hit| hit.root.sign());
+                            let want =
+                                truth.field.sign_with_roots(&one.beta.minus(&other.beta), s, &one.q, t, &other.q);
+                            let got = pixel.order(pair[0], pair[1], &mut tally);
+                            assert_eq!(
+                                got,
+                                want.cmp(&0),
+                                "{:?} {:?} at {column}, {row} along {d}",
+                                pair[0].ball,
+                                pair[1].ball
+                            );
+                            ties += u64::from(want == 0);
+                            signs += 1;
+                        }
+                    }
+                }
+                println!("along {d}: {signs} orders, {ties} ties, {} by big integers so far", tally.big);
+                all_ties += ties;
+            }
+        }
+        // Without symmetry, axes without rational lengths have few ties.
+        assert!(all_ties > 2000 && tally.big * 8 < all_ties, "{all_ties}, {tally:?}");
     }
 }

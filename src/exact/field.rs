@@ -79,9 +79,9 @@ impl Field {
         Self { a: a.clone(), b: b.clone(), root_a: perfect_root(a), root_b: perfect_root(b) }
     }
 
-    /// The square roots of `a` and `b`, if both are integers.
-    pub fn rational(&self) -> Option<(&IBig, &IBig)> {
-        self.root_a.as_ref().zip(self.root_b.as_ref())
+    /// The square roots of `a` and `b` that are integers.
+    pub fn roots(&self) -> [Option<&IBig>; 2] {
+        [self.root_a.as_ref(), self.root_b.as_ref()]
     }
 
     /// An element from its coefficients, with the roots that are integers folded away.

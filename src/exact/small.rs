@@ -1,7 +1,8 @@
-//! Decisions in 128-bit integers: for orthographic cameras with rational axes and short numbers, as lattices have them.
+//! Decisions in 128-bit integers: for orthographic cameras and short numbers, as lattices have them.
 //!
-//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. What does not fit, by a limit on
-//! lengths or a check, gives `None`, and the caller goes on with other arithmetic. Only the last comparison needs 256 bits.
+//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. Where these are not, ties by symmetry are told
+//! all the same. What does not fit, by a limit on lengths or a check, gives `None`, and the caller goes on with other
+//! arithmetic. Only the last comparison needs 256 bits.
 
 use dashu_int::IBig;
 
@@ -17,11 +18,10 @@ pub struct Frame {
     d: [i64; 3],
     e: [i64; 3],
     g: [i64; 3],
-    /// `A`, `B` and the root of their product.
     a: i128,
     b: i128,
-    root_b: i128,
-    root_ab: i128,
+    /// Of `A`, `B` and their product, where they are integers.
+    roots: [Option<i128>; 3],
     /// `2^-exponent`.
     per_unit: f64,
     /// `2 lcm`.
@@ -63,20 +63,17 @@ fn square(value: i64) -> i128 {
 }
 
 impl Frame {
-    /// If the axes are rational (`roots` of `A` and `B`) and everything fits; `lcm` as in [`super::decide::Truth`], `largest`
-    /// the exponent of the largest length.
-    pub fn new(
-        axes: &axes::Axes,
-        roots: Option<(&IBig, &IBig)>,
-        view: &View,
-        lcm: [u64; 3],
-        largest: i32,
-    ) -> Option<Self> {
+    /// If everything fits; `roots` are those of `A` and `B` that are integers, `lcm` as in [`super::decide::Truth`], `largest` the
+    /// exponent of the largest length.
+    pub fn new(axes: &axes::Axes, roots: [Option<&IBig>; 2], view: &View, lcm: [u64; 3], largest: i32) -> Option<Self> {
         let number = |value: &IBig| i64::try_from(value.clone()).ok();
         let vector = |v: &axes::Vector| Some([number(&v[0])?, number(&v[1])?, number(&v[2])?]);
-        let (root_a, root_b) = roots?;
         let (d, e, g) = (vector(&axes.d)?, vector(&axes.e)?, vector(&axes.g)?);
-        let (a, b, root_ab) = (number(&axes.a)?, number(&axes.b)?, number(&(root_a * root_b))?);
+        let (a, b) = (number(&axes.a)?, number(&axes.b)?);
+        let product = i128::from(a) * i128::from(b);
+        let root_ab = product.isqrt();
+        let [root_a, root_b] = roots.map(|root| root.and_then(number).map(i128::from));
+        let roots = [root_a, root_b, (root_ab * root_ab == product).then_some(root_ab)];
         // With lengths below 2^f and components below 2^c, dot products are below 2^(f + c + 2): within an i64. The terms of
         // `site` are below A B 2^(2 f + 2 c + 5) and there are fewer than eight.
         let bits = |value: i64| 64 - value.unsigned_abs().leading_zeros() as i32;
@@ -88,8 +85,7 @@ impl Frame {
             g,
             a: a.into(),
             b: b.into(),
-            root_b: number(root_b)?.into(),
-            root_ab: root_ab.into(),
+            roots,
             per_unit: axes::scaled(1.0, BITS - largest),
             parts: 2 * i64::try_from(lcm[0]).ok()?,
             limit: if (1..60).contains(&length) { 1 << length } else { return None },
@@ -123,23 +119,58 @@ impl Frame {
 
     /// `plane * sqrt(A B)`, to compare with `y`.
     pub fn plane(&self, distance: f64) -> Option<i128> {
-        i128::from(self.integer(distance)?.checked_mul(self.parts)?).checked_mul(self.root_ab)
+        let [_, _, root_ab] = self.rational()?;
+        i128::from(self.integer(distance)?.checked_mul(self.parts)?).checked_mul(root_ab)
     }
 
-    /// A sphere at the pixel whose sample point is `odd` half pixels from the middle.
-    pub fn site(&self, odd: [i32; 2], ball: Ball) -> Option<Site> {
+    /// The roots, if all are integers.
+    fn rational(&self) -> Option<[i128; 3]> {
+        let [a, b, ab] = self.roots;
+        Some([a?, b?, ab?])
+    }
+
+    /// A centre relative to the camera, and the sample point `odd` half pixels from the middle.
+    fn place(&self, odd: [i32; 2], ball: Ball) -> Option<([i64; 3], [i64; 2])> {
         let component = |k: usize| self.within(self.integer(ball.center[k])? - self.origin[k], self.parts);
         let f = [component(0)?, component(1)?, component(2)?];
-        let sx = self.within(self.half_pixel[0], odd[0].into())?;
-        let sy = self.within(self.half_pixel[1], odd[1].into())?;
+        let sample = |k: usize| self.within(self.half_pixel[k], odd[k].into());
+        Some((f, [sample(0)?, sample(1)?]))
+    }
+
+    /// A sphere at the pixel whose sample point is `odd` half pixels from the middle, where all roots are integers.
+    pub fn site(&self, odd: [i32; 2], ball: Ball) -> Option<Site> {
+        let [_, root_b, root_ab] = self.rational()?;
+        let (f, [sx, sy]) = self.place(odd, ball)?;
         let (fd, fe, fg) = (dot(f, self.d), dot(f, self.e), dot(f, self.g));
         let rest = square(sx) + square(sy) + square(f[0]) + square(f[1]) + square(f[2]);
-        let along_x = i128::from(sx) * i128::from(fe) * self.a * self.root_b;
-        let along_y = i128::from(sy) * i128::from(fg) * self.root_ab;
+        let along_x = i128::from(sx) * i128::from(fe) * self.a * root_b;
+        let along_y = i128::from(sy) * i128::from(fg) * root_ab;
         let apart = self.b * square(fd) + 2 * (along_x + along_y) - self.a * self.b * rest;
         let radius = self.integer(ball.radius).and_then(|radius| self.within(radius, self.parts));
         let q = radius.map(|radius| apart + self.a * self.b * square(radius));
-        Some(Site { beta: i128::from(fd) * self.root_b, apart, q })
+        Some(Site { beta: i128::from(fd) * root_b, apart, q })
+    }
+
+    /// Whether two spheres of one radius are symmetrical about the ray's plane or the like, and so equally deep at a pixel: `beta` and `q`
+    /// are equal. True ties of lattices are told by this whatever the axes.
+    pub fn symmetrical(&self, odd: [i32; 2], one: Ball, other: Ball) -> Option<bool> {
+        let ((f, [sx, sy]), (h, _)) = (self.place(odd, one)?, self.place(odd, other)?);
+        if dot(f, self.d) != dot(h, self.d) {
+            return Some(false);
+        }
+        // With beta, what is left of q_1 - q_2 is -p + x sqrt B + y sqrt(A B).
+        let apart = |v: [i64; 3]| square(v[0]) + square(v[1]) + square(v[2]);
+        let p = self.a * self.b * (apart(f) - apart(h));
+        let x = 2 * i128::from(sx) * i128::from(dot(f, self.e) - dot(h, self.e)) * self.a;
+        let y = 2 * i128::from(sy) * i128::from(dot(f, self.g) - dot(h, self.g));
+        // Roots that are not integers are independent of 1, and those of B and A B of each other unless that of A is an integer.
+        Some(match self.roots {
+            [_, Some(root_b), Some(root_ab)] => x * root_b + y * root_ab == p,
+            [_, Some(root_b), None] => x * root_b == p && y == 0,
+            [_, None, Some(root_ab)] => y * root_ab == p && x == 0,
+            [Some(root_a), None, None] => p == 0 && x + y * root_a == 0,
+            [None, None, None] => p == 0 && x == 0 && y == 0,
+        })
     }
 }
 

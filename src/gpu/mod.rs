@@ -37,7 +37,7 @@ use crate::{
     scene::Scene,
     shader::Lanes,
 };
-use decide::Undecided;
+use decide::{Among, Undecided};
 use execute::{BACKGROUND, Executor, HOST, fill};
 use lists::{Spheres, These, Wave};
 use order::Order;
@@ -339,51 +339,49 @@ impl Gpu {
             }
         }
         drawing.times.read_back += since(begin);
-        if decide && self.executor.certain {
+        if decide && self.executor.certain && !left_over.is_empty() {
             let begin = Instant::now();
-            let mut undecided = Undecided::find(&left_over, ids, region, band.columns);
-            drawing.counts.undecided += undecided.pixels;
             // Lists of several waves are gone.
-            let lists = projector.filter(|_| waves == 1);
-            drawing.counts.exact += self.decide(spheres, &mut undecided, lists, region, band.tiles(), ids)?;
+            let (pixels, tally) = match projector.filter(|_| waves == 1) {
+                Some(projector) => {
+                    let among = Among { spheres, projector: &projector, wave: &self.wave };
+                    decide::decide(among, &left_over, band.columns, ids)
+                }
+                None => self.decide_again(spheres, &left_over, region, &band, ids)?,
+            };
+            drawing.counts.undecided += pixels;
+            drawing.counts.exact += tally.big as usize;
             drawing.times.decide += since(begin);
         }
         Ok(())
     }
 
-    /// Decides what the filter left over; `lists` says that those of the last wave are all there are. Returns how often f64 did not tell.
-    fn decide(
+    /// Decides what the filter left over in some tiles, whose lists are made again. Returns the number of pixels too.
+    fn decide_again(
         &mut self,
         spheres: Spheres<'_>,
-        undecided: &mut Undecided,
-        lists: Option<Projector>,
+        tiles: &[u32],
         region: Region,
-        tiles: usize,
+        band: &Band,
         ids: &mut [i32],
-    ) -> Result<usize, DrawError> {
-        if undecided.pixels == 0 {
-            return Ok(0);
-        }
+    ) -> Result<(usize, Tally), DrawError> {
+        let mut undecided = Undecided::find(tiles, ids, region, band.columns);
+        let mut tally = Tally::default();
         if undecided.pixels * 8 > region.pixels() {
-            // The native device draws eight pixels in the time in which one is decided here.
+            // The native device's lists are shorter than those of nearly all tiles.
             let drawing = self.cpu.draw(spheres.scene, spheres.truth.view(), region)?;
             ids.copy_from_slice(&drawing.ids);
-            return Ok(drawing.counts.exact);
+            tally.big = drawing.counts.exact as u64;
+            return Ok((undecided.pixels, tally));
         }
-        let mut tally = Tally::default();
-        if let Some(projector) = lists {
-            tally += undecided.look(spheres, &projector, &self.wave);
-        } else {
-            // Lists are made again, of these tiles.
-            let mask = undecided.mask(tiles);
-            let mut left = bins::split(0..spheres.scene.len());
-            while !left.iter().all(Range::is_empty) {
-                let projector = self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
-                tally += undecided.look(spheres, &projector, &self.wave);
-            }
+        let mask = undecided.mask(band.tiles());
+        let mut left = bins::split(0..spheres.scene.len());
+        while !left.iter().all(Range::is_empty) {
+            let projector = &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
+            tally += undecided.look(Among { spheres, projector, wave: &self.wave });
         }
         undecided.write(ids, region);
-        Ok(tally.big as usize)
+        Ok((undecided.pixels, tally))
     }
 
     /// Puts a scene on the device unless it is there.
