@@ -387,16 +387,15 @@ fn stats_count_what_was_skipped() {
     let scene =
         format!("[camera]\nview = [1, 0, 0]\nwidth = 10\nfar = 100\n[image]\nwidth = 320\nheight = 320\n{spheres}");
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    for (device, tiles) in [("cpu", 100), ("gpu", 1600)] {
+    // The native device's tiles are smaller where there are many threads.
+    for (device, tiles) in [("cpu", &[25, 100][..]), ("gpu", &[1600])] {
         let args = ["render", "scene.toml", "-o", "none", "--stats", "--device", device];
         let stats: serde_json::Value = serde_json::from_slice(&succeed(folder.path(), &args).stdout).unwrap();
         let counts = &stats["counts"];
-        assert_eq!(
-            (&counts["outside"], &counts["hidden"], &counts["tiles"]),
-            (&3.into(), &0.into(), &tiles.into()),
-            "{counts}"
-        );
-        let (empty, entries) = (counts["empty"].as_u64().unwrap(), counts["entries"].as_u64().unwrap());
+        assert_eq!((&counts["outside"], &counts["hidden"]), (&3.into(), &0.into()), "{counts}");
+        let [all, empty, entries] = ["tiles", "empty", "entries"].map(|name| counts[name].as_u64().unwrap());
+        assert!(tiles.contains(&all), "{counts}");
+        let tiles = all;
         assert!(empty > tiles * 8 / 10 && empty < tiles && entries >= 2 * (tiles - empty), "{counts}");
     }
     // Enough spheres, and a wall before them: most are never looked at closely.
