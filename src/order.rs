@@ -120,48 +120,65 @@ fn around(block: &Block, spheres: Range<usize>) -> (DVec3, f64) {
 }
 
 /// A sphere to be put in order.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Item {
-    /// Place in the scene's box, from 0 to [`ONE`] on its longest side.
+    /// Place in the scene's box, from 0 to [`ONE`] on its longest side; the last bits of x are the sphere's class of size.
     at: [u32; 3],
     index: u32,
 }
 
 const ONE: f64 = (1u64 << 32) as f64;
+/// Classes of size, as a power of two.
+const CLASSES: u32 = 2;
 
-/// Indices such that those of a group lie close together: halves of halves across the longest side; and where groups begin. Large
-/// spheres have groups of their own: those of small ones they would blow up.
+impl Item {
+    /// Number of its class, and of its cell among those of `1 << bits` along each axis.
+    #[inline(always)]
+    fn cell(&self, bits: u32) -> usize {
+        let [x, y, z] = self.at.map(|at| at.checked_shr(32 - bits).unwrap_or(0) as usize);
+        ((self.at[0] as usize % (1 << CLASSES) << bits | x) << bits | y) << bits | z
+    }
+}
+
+/// Indices such that those of a group lie close together, and where groups begin. First by cells, as this is soon done, and inside of
+/// each by halves of halves across the longest side. Large spheres have groups of their own: those of small ones they would blow up.
 fn arranged(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
     let bounds = scene.bounds();
     let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
-    let class = |radius: f64| {
-        let exponent = |value: f64| (value.to_bits() >> 52) as usize;
-        ((exponent(bounds.max_radius) - exponent(radius)) / 3).min(3)
-    };
-    let mut items: Vec<Item> = (0..scene.len() as u32)
+    let exponent = |value: f64| (value.to_bits() >> 52) as u32;
+    let greatest = exponent(bounds.max_radius);
+    let items: Vec<Item> = (0..scene.len() as u32)
         .into_par_iter()
         .with_min_len(1 << 12)
         .map(|index| {
             // A cast of what is NaN, where the box is a point, gives 0.
-            let at = ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
+            let (block, k) = scene.locate(index as usize);
+            let mut at = ((block.center(k) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
+            let class = ((greatest - exponent(block.radius(k))) / 3).min((1 << CLASSES) - 1);
+            at[0] = at[0] & !((1 << CLASSES) - 1) | class;
             Item { at, index }
         })
         .collect();
-    if class(bounds.min_radius) > 0 {
-        items.par_sort_by_key(|item| class(radius(scene, item.index)));
+    // At least a thousand spheres to a cell, or there would be many groups that are not full.
+    let bits = (scene.len() >> 10).max(1).ilog2() / 3;
+    let mut ends = vec![0u32; 1 << (CLASSES + 3 * bits)];
+    items.iter().for_each(|item| ends[item.cell(bits)] += 1);
+    let mut starts = Vec::with_capacity(scene.len() / GROUP + ends.len());
+    let mut total = 0;
+    for end in &mut ends {
+        let next = total + *end;
+        starts.extend((total..next).step_by(GROUP));
+        *end = std::mem::replace(&mut total, next);
     }
-    let mut starts = Vec::with_capacity(items.len() / GROUP + 4);
-    let mut first = 0;
-    while first < items.len() {
-        let of = |item: &Item| class(radius(scene, item.index));
-        let size = of(&items[first]);
-        let next = first + items[first..].partition_point(|item| of(item) == size);
-        arrange(&mut items[first..next]);
-        starts.extend((first..next).step_by(GROUP).map(|start| start as u32));
-        first = next;
+    starts.push(total);
+    let mut by_cell = vec![Item::default(); items.len()];
+    for item in items {
+        let place = &mut ends[item.cell(bits)];
+        by_cell[*place as usize] = item;
+        *place += 1;
     }
-    starts.push(items.len() as u32);
-    (items.into_par_iter().map(|item| item.index).collect(), starts)
+    by_cell.par_chunk_by_mut(|a, b| a.cell(bits) == b.cell(bits)).for_each(arrange);
+    (by_cell.into_par_iter().map(|item| item.index).collect(), starts)
 }
 
 fn arrange(items: &mut [Item]) {
