@@ -6,6 +6,7 @@
 use crate::{
     bins::Binner,
     camera::{ImageSize, Projection, Region},
+    cpu,
     exact::decide::Truth,
     project::{BATCH, Batch},
     scene::Scene,
@@ -84,6 +85,8 @@ pub enum Engine {
         threads: usize,
         /// From this many spheres on it draws the front ones first.
         sampled: usize,
+        /// From this many spheres on it orders what it draws several times.
+        ordered: usize,
     },
     /// wgpu.
     Gpu {
@@ -143,7 +146,8 @@ pub fn memory(facts: &Facts) -> u64 {
         // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes several turns.
         Engine::Cpu { sampled, .. } => {
             let turns = facts.spheres >= sampled || facts.survey.entries > facts.wave[0] as u64;
-            u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64
+            let state = u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64;
+            state + u64::from(in_order(facts)) * ORDERING * spheres
         }
         // The order of the spheres; on a software device their copy, and all that is known of pixels.
         Engine::Gpu { software, .. } => {
@@ -153,6 +157,15 @@ pub fn memory(facts: &Facts) -> u64 {
         }
     };
     base + planes + entries + device
+}
+
+/// Bytes a sphere that it takes at most to put a scene in order, and to keep it.
+const ORDERING: u64 = 40;
+
+/// Whether the native device puts the spheres in order, as they are looked at for each of several bands.
+fn in_order(facts: &Facts) -> bool {
+    matches!(facts.engine, Engine::Cpu { ordered, .. } if facts.spheres >= ordered)
+        && facts.region.pixels().div_ceil(facts.band) > cpu::BANDS
 }
 
 /// A number with its unit of a thousand, a million or a thousand million bytes.
@@ -245,6 +258,9 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
     }
     lines.push(("lists", lists));
     let order = match facts.engine {
+        Engine::Cpu { .. } if in_order(facts) => {
+            "in groups of neighbours, for all bands; groups off the screen or hidden are skipped whole".to_owned()
+        }
         Engine::Cpu { sampled, .. } if *spheres >= sampled => {
             "front spheres first, by a sample; what they hide is not looked at again".to_owned()
         }
@@ -292,7 +308,7 @@ mod tests {
     fn facts() -> Facts {
         let image = ImageSize { width: 1000, height: 500 };
         Facts {
-            engine: Engine::Cpu { threads: 2, sampled: 1000 },
+            engine: Engine::Cpu { threads: 2, sampled: 1000, ordered: 1000 },
             device: "cpu".into(),
             spheres: 100,
             image,
@@ -387,6 +403,12 @@ mod tests {
             memory(&facts)
         };
         assert!(side(32768) == side(8192) && side(4096) < side(8192));
+        let banded = |spheres: usize| {
+            let mut facts = facts();
+            (facts.spheres, facts.region) = (spheres, Region { x: 0, y: 0, width: 8192, height: 8192 });
+            memory(&facts)
+        };
+        assert!(banded(1_000_000) - banded(500_000) == 500_000 * ORDERING, "in order");
         // Mapped spheres cost the native device nothing but a bit where they may be seen, a software device its copy.
         assert!(with(|f| f.spheres = 999) == small);
         assert!(with(|f| f.engine = Engine::Gpu { software: true, chunk: 1 << 23 }) > small);

@@ -75,12 +75,10 @@ impl Ordered {
         })
     }
 
-    /// Number of bytes that the order of a scene takes.
-    pub fn bytes(scene: &Scene) -> u64 {
-        let single = scene.blocks().all(|(_, block)| block.is_empty() || matches!(block.centers, Reals::F32(_)));
-        let each = scene.bounds().min_radius != scene.bounds().max_radius;
-        let number = if single { 4 } else { 8 };
-        scene.len() as u64 * (4 + number * if each { 4 } else { 3 } + 1)
+    /// The index of the only sphere of a group; none if there are several.
+    pub fn only(&self, group: u32) -> Option<u32> {
+        let [first, end] = [0, 1].map(|k| self.starts[group as usize + k]);
+        (end - first == 1).then(|| self.indices[first as usize])
     }
 }
 

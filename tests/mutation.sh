@@ -147,6 +147,7 @@ more 'early stop a slab of groups too soon' $f 'if self.depths.farthest < grid.s
                 break;
             }
             groups.clear' '' --test exactness skipping::every_pixel
+more 'backgrounds before other spheres' $f '*other == number || sphere.z + sphere.r + sphere.bound() < last.nearest()' '*other == number || sphere.nearest() < last.nearest()' '' --test exactness cpu::every_pixel
 more 'groups hidden by their middle' $f 'Self { index, nearest: towards_eye(nearest), window }' 'Self { index, nearest: towards_eye(nearest + 1.0), window }' '' --test exactness skipping::every_pixel
 more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
 

@@ -24,7 +24,8 @@ const SMALL: u64 = 64 << 20;
 pub(super) fn facts(request: &RenderRequest, scene: &Scene, view: &View, region: Region, device: &Device) -> Facts {
     let (engine, tile, wave, band) = match device {
         Device::Cpu(_) => {
-            let engine = Engine::Cpu { threads: rayon::current_num_threads(), sampled: cpu::SAMPLED };
+            let engine =
+                Engine::Cpu { threads: rayon::current_num_threads(), sampled: cpu::SAMPLED, ordered: cpu::ORDERED };
             (engine, 1 << cpu::shift(region), [cpu::WAVE, CPU_ENTRY], cpu::BAND)
         }
         Device::Gpu(gpu) => {
@@ -143,7 +144,7 @@ mod tests {
         let words = failure.to_string();
         assert!(words.contains("3.") && words.contains("2.0 GB is available"), "{words}");
         assert!(words.contains("--device cpu") && failure.exit_code() == 2, "{words}");
-        facts.engine = Engine::Cpu { threads: 2, sampled: cpu::SAMPLED };
+        facts.engine = Engine::Cpu { threads: 2, sampled: cpu::SAMPLED, ordered: cpu::ORDERED };
         facts.wave = [cpu::WAVE, CPU_ENTRY];
         let needed = explain::memory(&facts);
         assert!(needed < 500_000_000 && fits(&facts, needed, 2_048_000_000).is_ok());

@@ -92,7 +92,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { order: 1 << 14, cover: 1 << 12, sample: SAMPLED, wave: WAVE }
+        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE }
     }
 }
 
@@ -123,7 +123,7 @@ impl Cpu {
         if !again {
             self.ordered = None;
         }
-        if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > 2) {
+        if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > BANDS) {
             self.ordered = Some(Ordered::new(scene));
         }
     }
@@ -286,6 +286,10 @@ fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
 
+/// From this many spheres on, a scene that is drawn again is put in order.
+pub(crate) const ORDERED: usize = 1 << 14;
+/// A picture of more bands is drawn from a scene in order at once.
+pub(crate) const BANDS: usize = 2;
 /// As long as a group lies in about this many tiles on average, order pays.
 const SPREAD: usize = 32;
 

@@ -141,6 +141,15 @@ impl Source<'_> {
     }
 }
 
+/// A sphere behind all else in a tile.
+struct Background {
+    index: i32,
+    /// Its number in the list: an index, or that of a group.
+    number: u32,
+    /// Whether there is nothing else.
+    sole: bool,
+}
+
 /// A group of spheres in a tile's list.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Group {
@@ -200,13 +209,18 @@ impl Painter<'_> {
                 if source.is_empty(self.binner, tile) {
                     return self.fill(tile, NONE, canvas);
                 }
-                if let Some(index) = self.sole(source, tile) {
+                let background = self.background(source, tile);
+                if let Some(Background { index, sole: true, .. }) = background {
                     return self.fill(tile, index, canvas);
                 }
                 TILE.with_borrow_mut(|state| {
                     self.clear(tile, state);
                     let mut depths = depths[tile];
-                    self.paint_tile::<M>(source, tile, state, &mut depths);
+                    let number = background.as_ref().map(|background| background.number);
+                    self.paint_tile::<M>(source, tile, number, state, &mut depths);
+                    if let Some(Background { index, .. }) = background {
+                        state.id.iter_mut().filter(|id| **id == NONE).for_each(|id| *id = index);
+                    }
                     self.write::<M>(tile, state, canvas);
                 });
             });
@@ -224,7 +238,7 @@ impl Painter<'_> {
     pub(super) fn paint<M: Mode>(&self, source: Source<'_>, tiles: &mut [Tile], depths: &mut [Depths]) {
         tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(|(tile, (state, depths))| {
             if !source.is_empty(self.binner, tile) {
-                self.paint_tile::<M>(source, tile, state, depths);
+                self.paint_tile::<M>(source, tile, None, state, depths);
             }
         });
     }
@@ -236,27 +250,41 @@ impl Painter<'_> {
         });
     }
 
-    /// The index of a sphere that is alone in a tile's list and covers the tile.
-    fn sole(&self, source: Source<'_>, tile: usize) -> Option<i32> {
-        let Binner { projector, grid, .. } = self.binner;
-        let index = match source {
+    /// What covers a tile behind all else that is listed there.
+    fn background(&self, source: Source<'_>, tile: usize) -> Option<Background> {
+        /// Longer lists are seldom all in front of something.
+        const MOST: usize = 64;
+        let Binner { projector, grid, scene, .. } = self.binner;
+        let project = |index: u32| {
+            let (block, at) = scene.locate(index as usize);
+            projector.project(block.center(at), block.radius(at))
+        };
+        // Of what is listed: its sphere, and its number in the list's own terms.
+        let listed: Vec<(Projected, u32)> = match source {
             Source::Spheres(lists) => match lists.tile(grid, tile) {
-                [entry] => entry.index,
-                _ => return None,
+                entries if entries.len() > MOST => return None,
+                entries => entries.iter().map(|entry| (entry.sphere, entry.index)).collect(),
             },
-            Source::Groups(lists, ordered) => match lists.tile(grid, tile) {
-                [Group { index, .. }] if ordered.starts[*index as usize] + 1 == ordered.starts[*index as usize + 1] => {
-                    ordered.indices[ordered.starts[*index as usize] as usize]
-                }
-                _ => return None,
+            Source::Groups(lists, _) => match lists.tile(grid, tile) {
+                groups if groups.len() > MOST => return None,
+                groups => groups.iter().map(|group| (project(group.index), group.index)).collect(),
             },
         };
-        let (block, at) = self.scene.locate(index as usize);
-        let sphere = projector.project(block.center(at), block.radius(at));
+        let (last, number) = *listed.iter().max_by(|a, b| a.0.nearest().total_cmp(&b.0.nearest()))?;
+        let in_front = |(sphere, other): &(Projected, u32)| {
+            *other == number || sphere.z + sphere.r + sphere.bound() < last.nearest()
+        };
         let ([x, y], side) = grid.corner(tile);
         let columns = x..(x + side).min(projector.region.width as usize);
         let rows = y..(y + side).min(projector.region.height as usize);
-        covers(projector, &sphere, columns, rows).then_some(index as i32)
+        let index = match source {
+            Source::Spheres(_) => number,
+            Source::Groups(_, ordered) => ordered.only(number)?,
+        };
+        let (block, at) = self.scene.locate(index as usize);
+        let sphere = projector.project(block.center(at), block.radius(at));
+        let found = listed.iter().all(in_front) && covers(projector, &sphere, columns, rows);
+        found.then_some(Background { index: index as i32, number, sole: listed.len() == 1 })
     }
 
     /// Writes one index to all pixels of a tile.
@@ -273,8 +301,15 @@ impl Painter<'_> {
         });
     }
 
-    fn paint_tile<M: Mode>(&self, source: Source<'_>, tile: usize, state: &mut Tile, depths: &mut Depths) {
-        let work = PaintTile { painter: self, source, tile, state, depths, sums: Sums::default() };
+    fn paint_tile<M: Mode>(
+        &self,
+        source: Source<'_>,
+        tile: usize,
+        without: Option<u32>,
+        state: &mut Tile,
+        depths: &mut Depths,
+    ) {
+        let work = PaintTile { painter: self, source, without, tile, state, depths, sums: Sums::default() };
         let sums = match self.binner.projector.projection {
             Projection::Orthographic => simd::dispatch(Ortho(work, PhantomData::<M>)),
             Projection::Perspective => simd::dispatch(Persp(work, PhantomData::<M>)),
@@ -357,6 +392,8 @@ struct Place<'a> {
 struct PaintTile<'a> {
     painter: &'a Painter<'a>,
     source: Source<'a>,
+    /// What is listed and left out.
+    without: Option<u32>,
     tile: usize,
     state: &'a mut Tile,
     depths: &'a mut Depths,
@@ -398,7 +435,8 @@ impl PaintTile<'_> {
             }
             for some in entries.chunks(FRESH) {
                 for entry in some {
-                    if !hidden(self.depths, entry.sphere.nearest(), entry.window) {
+                    let out = self.without == Some(entry.index);
+                    if !out && !hidden(self.depths, entry.sphere.nearest(), entry.window) {
                         self.entry::<L, PERSPECTIVE, M>(entry, projector.cuts(&entry.sphere), place);
                     }
                 }
@@ -431,7 +469,8 @@ impl PaintTile<'_> {
             groups.extend_from_slice(lists.slab(grid, self.tile, slab));
             groups.sort_unstable_by(|a, b| a.nearest.total_cmp(&b.nearest));
             for group in &groups {
-                if hidden(self.depths, group.nearest.into(), group.window) {
+                let out = self.without == Some(group.index);
+                if out || hidden(self.depths, group.nearest.into(), group.window) {
                     continue;
                 }
                 let first = ordered.starts[group.index as usize] as usize;

@@ -283,7 +283,15 @@ pub const BACKGROUND: u32 = u32::MAX;
 pub const HOST: u32 = u32::MAX - 1;
 
 /// Puts the pixels of all tiles into their places: of tile `t` those at `slots[t]` in `found`. Returns the tiles in which something is undecided.
-pub fn fill(ids: &mut [i32], region: Region, columns: u32, slots: &[u32], found: &[i32], order: &Order) -> Vec<u32> {
+pub fn fill(
+    ids: &mut [i32],
+    region: Region,
+    columns: u32,
+    slots: &[u32],
+    backgrounds: &[i32],
+    found: &[i32],
+    order: &Order,
+) -> Vec<u32> {
     let width = region.width as usize;
     ids.par_chunks_mut(width * TILE as usize)
         .enumerate()
@@ -298,7 +306,7 @@ pub fn fill(ids: &mut [i32], region: Region, columns: u32, slots: &[u32], found:
                 for (row, ids) in ids.chunks_mut(width).enumerate() {
                     let ids = &mut ids[x..x + across];
                     match slot {
-                        BACKGROUND => ids.fill(NONE),
+                        BACKGROUND => ids.fill(backgrounds[tile as usize]),
                         HOST => ids.fill(UNDECIDED),
                         _ => {
                             let at = slot as usize * TILE_PIXELS + row * TILE as usize;

@@ -118,16 +118,15 @@ impl Wave {
         binner.projector
     }
 
-    /// Takes out the lists of one entry of those tiles that `only` tells, and gives the tiles and their spheres.
-    pub fn take_single(&mut self, order: &Order, only: impl Fn(usize) -> bool) -> Vec<(u32, i32)> {
-        let mut taken = Vec::new();
+    /// Takes out the lists of one entry of those tiles that `only` tells, and puts the tiles' spheres into `backgrounds`.
+    pub fn take_single(&mut self, order: &Order, only: impl Fn(usize) -> bool, backgrounds: &mut [i32]) {
         let (mut first, mut kept) = (0, 0);
         for tile in 0..self.nearest.len() {
             let list = first..self.starts[tile + 1] as usize;
             first = list.end;
             self.starts[tile] = kept as u32;
             if list.len() == 1 && only(tile) {
-                taken.push((tile as u32, order.index(self.entries[list.start]) as i32));
+                backgrounds[tile] = order.index(self.entries[list.start]) as i32;
                 self.nearest[tile] = f64::INFINITY;
             } else {
                 self.entries.copy_within(list.clone(), kept);
@@ -138,7 +137,6 @@ impl Wave {
             *end = kept as u32;
         }
         self.entries.truncate(kept);
-        taken
     }
 
     /// As the plan takes them.

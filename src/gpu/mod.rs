@@ -275,7 +275,8 @@ impl Gpu {
         let mut met = Met::default();
         let large = spheres.scene.len() >= self.cover;
         let cover = large.then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region))).flatten();
-        let mut sole = Vec::new();
+        // What is seen where a tile has no list.
+        let mut backgrounds = vec![NONE; band.tiles()];
         for chunk in chunks {
             let mut left = bins::split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
@@ -291,7 +292,7 @@ impl Gpu {
                 let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
                 if all && let Some(cover) = &cover {
                     // What is alone in a tile that is covered is what covers it.
-                    sole = self.wave.take_single(spheres.order, |tile| cover.covers(tile));
+                    self.wave.take_single(spheres.order, |tile| cover.covers(tile), &mut backgrounds);
                 }
                 let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
                 single = all && whole;
@@ -328,16 +329,9 @@ impl Gpu {
         let mut left_over = Vec::new();
         self.guarded(|gpu| {
             gpu.executor.read_back(places, |found| {
-                left_over = fill(ids, region, band.columns, &slot_of, found, spheres.order);
+                left_over = fill(ids, region, band.columns, &slot_of, &backgrounds, found, spheres.order);
             })
         })?;
-        for (tile, index) in sole {
-            let (x, y) = (tile % band.columns * TILE, tile / band.columns * TILE);
-            let across = x as usize..region.width.min(x + TILE) as usize;
-            for row in y..region.height.min(y + TILE) {
-                ids[row as usize * region.width as usize..][across.clone()].fill(index);
-            }
-        }
         drawing.times.read_back += since(begin);
         if decide && self.executor.certain && !left_over.is_empty() {
             let begin = Instant::now();
