@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{Chunk, lists::Wave, memory::Growing, order::Order};
 use crate::{
     camera::Region,
-    plan::{self, Band, Eye, FRESH, LAST, NONE, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
+    plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
     render::DrawError,
     shader::{FANS, Lanes, PLANES, STATES, Variant},
 };

@@ -316,7 +316,8 @@ impl Gpu {
         }
         band.host.iter().for_each(|&tile| slot_of[tile as usize] = HOST);
         drawing.counts.tiles += band.tiles();
-        drawing.counts.empty += slot_of.iter().filter(|&&slot| slot == BACKGROUND).count();
+        let empty = slot_of.iter().zip(&backgrounds).filter(|&(&slot, &id)| slot == BACKGROUND && id == NONE);
+        drawing.counts.empty += empty.count();
         drawing.counts.note(region == drawing.region, met);
         let places = match (single, slots.is_empty()) {
             (_, true) => 0,
