@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 use planisphere::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
+    cpu::Cpu,
     exact::axes::Axes,
     gpu::Gpu,
     plan::{Limits, NONE, UNDECIDED},
@@ -226,6 +227,38 @@ fn chunks_rounds_windows_batches_and_regions_do_not_show() {
             }
         });
         // Limits only ever shrink, so each kernel got a device of its own.
+    }
+}
+
+#[test]
+fn what_large_spheres_hide_is_not_listed_and_not_missed() {
+    let mut random = Random(61);
+    let small = |random: &mut Random| {
+        // Before, behind, beside, inside and across the large ones.
+        Sphere { center: random.vector(-4.0, 4.0), radius: random.between(0.01, 0.05), color: [0; 3] }
+    };
+    let mut spheres: Vec<Sphere> = (0..6000).map(|_| small(&mut random)).collect();
+    for (at, center, radius) in [(17, DVec3::new(1.0, 0.0, 0.5), 1.7), (5000, DVec3::new(-0.5, 2.0, -1.0), 0.9)] {
+        spheres[at] = Sphere { center, radius, color: [0; 3] };
+    }
+    let scene = Scene::from_spheres(&spheres).unwrap();
+    for projection in [Projection::Orthographic, Projection::Perspective] {
+        let view = View::new(camera(0.0, projection), IMAGE);
+        let region = Region::whole(IMAGE);
+        let want = reference(&scene, &view, region);
+        for large in [17, 5000] {
+            assert!(want.iter().filter(|&&id| id == large).count() > 300, "both are seen");
+        }
+        let mut drawings = Vec::new();
+        both_lanes(&mut portable(), |gpu, lanes| {
+            let drawing = gpu.draw(&scene, &view, region).unwrap();
+            assert!(drawing.counts.hidden.is_some_and(|hidden| hidden > 200), "{projection:?}: {:?}", drawing.counts);
+            assert_eq!(drawing.ids, want, "{projection:?}, {lanes}");
+            drawings.push(drawing);
+        });
+        drawings.push(Cpu::default().draw(&scene, &view, region).unwrap());
+        assert!(drawings.iter().all(|drawing| drawing.ids == want), "{projection:?}");
+        assert!(drawings.iter().all(|drawing| drawing.counts.hidden > Some(200)));
     }
 }
 
