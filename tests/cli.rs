@@ -399,7 +399,7 @@ fn stats_count_what_was_skipped() {
         assert!(empty > tiles * 8 / 10 && empty < tiles && entries >= 2 * (tiles - empty), "{counts}");
     }
     // Enough spheres, and a wall before them: most are never looked at closely.
-    succeed(folder.path(), &["make", "cloud", "cloud", "--count", "200000"]);
+    succeed(folder.path(), &["make", "cloud", "cloud", "--count", "2e5"]);
     let file = "[camera]\norigin = [3, 3, 3]\nview = [-1, -1, -1]\nwidth = 0.8\n[image]\nwidth = 256\nheight = 256\n\
         [[sphere]]\ncenter = [2, 2, 2]\nradius = 0.75\n\
         [[spheres]]\ncenters = 'cloud/centers.npy'\nradii = 'cloud/radii.npy'\n";

@@ -339,8 +339,8 @@ pub(super) struct MakeArgs {
     #[arg(value_hint = clap::ValueHint::DirPath)]
     pub folder: PathBuf,
 
-    /// Number of spheres
-    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..=i64::from(i32::MAX)))]
+    /// Number of spheres, such as 250000 or 1e6
+    #[arg(long, default_value = "1e5", value_parser = parse_some)]
     pub count: u32,
 
     /// Seed of the random numbers: the same seed gives the same bytes on every machine
@@ -355,6 +355,21 @@ pub(super) enum MakeKind {
     Cloud,
     /// A face-centred cubic lattice of touching spheres
     Lattice,
+}
+
+/// A count such as 1000000 or 1e6.
+pub(super) fn parse_count(text: &str) -> Result<usize, String> {
+    let fix = || "write a number of spheres, such as 1e6".to_string();
+    let value: f64 = text.parse().map_err(|_| fix())?;
+    if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(i32::MAX) { Ok(value as usize) } else { Err(fix()) }
+}
+
+/// A count of at least one sphere.
+fn parse_some(text: &str) -> Result<u32, String> {
+    match parse_count(text)? {
+        0 => Err("write a number of spheres from 1 on, such as 1e6".into()),
+        count => Ok(count as u32),
+    }
 }
 
 pub(super) fn parse_size(text: &str) -> Result<ImageSize, String> {

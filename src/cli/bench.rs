@@ -6,7 +6,7 @@ use clap::{Args as ClapArgs, Subcommand};
 
 use super::{
     Failure,
-    args::{parse_device, parse_size},
+    args::{parse_count, parse_device, parse_size},
     print, say,
 };
 use crate::{
@@ -153,13 +153,6 @@ struct TimeArgs {
 
 fn parse_repetitions(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| (1..=1000).contains(n)).ok_or_else(|| "write a whole number from 1 to 1000".into())
-}
-
-/// A count such as 1000000 or 1e6.
-fn parse_count(text: &str) -> Result<usize, String> {
-    let fix = || "write a number of spheres, such as 1e6".to_string();
-    let value: f64 = text.parse().map_err(|_| fix())?;
-    if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(i32::MAX) { Ok(value as usize) } else { Err(fix()) }
 }
 
 /// Measures.

@@ -413,7 +413,7 @@ impl Gpu {
 
     /// Writes the records of a chunk, a part at a time, so that the host never holds a second copy of a large scene.
     fn send_spheres(&self, scene: &Scene, fixed: &Fixed, order: &Order, range: Range<usize>, buffer: &wgpu::Buffer) {
-        const PART: usize = 1 << 20;
+        const PART: usize = 1 << 16;
         let Executor { device, queue, .. } = &self.executor;
         let mut records = Vec::new();
         for start in range.clone().step_by(PART) {
