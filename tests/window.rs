@@ -111,8 +111,11 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // Asked, not killed: it then takes its lock file away.
-        let _ = Command::new("kill").arg(self.process.id().to_string()).status();
+        // Asked, not killed: it then takes its lock file away. `kill` is part of every shell; the program may be missing.
+        let asked = Command::new("sh").args(["-c", &format!("kill {}", self.process.id())]).status();
+        if !asked.is_ok_and(|status| status.success()) {
+            let _ = self.process.kill();
+        }
         let _ = self.process.wait();
     }
 }
