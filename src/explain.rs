@@ -8,6 +8,7 @@ use crate::{
     camera::{ImageSize, Projection, Region},
     cpu,
     exact::decide::Truth,
+    order,
     project::{BATCH, Batch},
     scene::Scene,
 };
@@ -147,7 +148,7 @@ pub fn memory(facts: &Facts) -> u64 {
         Engine::Cpu { sampled, .. } => {
             let turns = facts.spheres >= sampled || facts.survey.entries > facts.wave[0] as u64;
             let state = u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64;
-            state + u64::from(in_order(facts)) * ORDERING * spheres
+            state + u64::from(in_order(facts)) * order::BYTES * spheres
         }
         // The order of the spheres; on a software device their copy, and all that is known of pixels.
         Engine::Gpu { software, .. } => {
@@ -158,9 +159,6 @@ pub fn memory(facts: &Facts) -> u64 {
     };
     base + planes + entries + device
 }
-
-/// Bytes a sphere that it takes at most to put a scene in order, and to keep it.
-const ORDERING: u64 = 40;
 
 /// Whether the native device puts the spheres in order, as they are looked at for each of several bands.
 fn in_order(facts: &Facts) -> bool {
@@ -408,7 +406,7 @@ mod tests {
             (facts.spheres, facts.region) = (spheres, Region { x: 0, y: 0, width: 8192, height: 8192 });
             memory(&facts)
         };
-        assert!(banded(1_000_000) - banded(500_000) == 500_000 * ORDERING, "in order");
+        assert!(banded(1_000_000) - banded(500_000) == 500_000 * order::BYTES, "in order");
         // Mapped spheres cost the native device nothing but a bit where they may be seen, a software device its copy.
         assert!(with(|f| f.spheres = 999) == small);
         assert!(with(|f| f.engine = Engine::Gpu { software: true, chunk: 1 << 23 }) > small);

@@ -6,10 +6,11 @@
 //! * [`render`]: a device draws a scene, the one entry for every caller. [`part`] merges pictures drawn in several places.
 //! * [`cpu`] and [`gpu`]: two devices, one answer. The GPU executes what [`plan`] lays out, with variants of the shader from
 //!   [`shader`].
+//! * [`order`], [`cover`]: what can be skipped: groups of neighbours as a whole, and what large spheres hide.
 //! * [`bins`], [`project`], [`filter`], [`simd`]: spheres into view space, tile lists, and one ray against one sphere, in f64
 //!   with bounds that are derived next to them.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
-//! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which planes.
+//! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which planes. [`memory`]: how much is left.
 //!
 //! [`load`], [`make`] and [`output`] read and write files; nothing else does.
 //!
@@ -39,6 +40,7 @@ pub mod frame;
 pub mod gpu;
 pub mod load;
 pub mod make;
+pub mod memory;
 pub mod order;
 pub mod output;
 pub mod part;

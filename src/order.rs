@@ -16,6 +16,8 @@ use crate::{
 
 /// Spheres in a group, at most.
 pub const GROUP: usize = BATCH;
+/// Bytes a sphere that it takes at most to put a scene in order, and to keep it.
+pub const BYTES: u64 = 40;
 /// Numbers from 2^-RANGE to 2^RANGE have squares that neither overflow nor vanish.
 const RANGE: i32 = 400;
 

@@ -6,7 +6,7 @@ use crate::{
     cpu,
     exact::decide::Truth,
     explain::{self, Engine, Facts, Survey},
-    plan,
+    memory, plan,
     render::{Device, DeviceChoice},
     scene::Scene,
 };
@@ -78,7 +78,7 @@ pub(super) fn print_lines(facts: &Facts, scene: &Scene, view: &View) -> Result<(
 /// Refuses, before anything is drawn, what cannot fit.
 pub(super) fn check_memory(facts: &Facts) -> Result<(), Failure> {
     let needed = explain::memory(facts);
-    match available() {
+    match memory::available() {
         Some(available) if needed > SMALL => fits(facts, needed, available),
         _ => Ok(()),
     }
@@ -99,17 +99,6 @@ fn fits(facts: &Facts, needed: u64, available: u64) -> Result<(), Failure> {
     )))
 }
 
-/// Bytes that programs can still have without the system having to swap; unknown on other systems than Linux.
-fn available() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    parse(&text)
-}
-
-fn parse(text: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,9 +106,6 @@ mod tests {
 
     #[test]
     fn what_cannot_fit_is_refused_with_both_numbers() {
-        let text = "MemTotal:       24657328 kB\nMemFree:         3037548 kB\nMemAvailable:    2000000 kB\n";
-        assert_eq!(parse(text), Some(2_048_000_000));
-        assert_eq!(parse("MemTotal: 5 kB\n"), None);
         let image = ImageSize { width: 1024, height: 1024 };
         let mut facts = Facts {
             engine: Engine::Gpu { software: true, chunk: 1 << 23 },

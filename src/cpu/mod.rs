@@ -4,6 +4,10 @@
 //! at a pixel ends in one of three ways: certainly behind or a miss; certainly in front; or in doubt, and then
 //! [`crate::exact`] decides at once between it and the holder. So the holder is exact at all times, in any order of spheres.
 //!
+//! A scene that is drawn for the first time is looked at sphere by sphere: tile lists come in waves, front spheres first if there are
+//! many, and what they hide is not listed again. One that is drawn again is put in order ([`crate::order`]): each tile then takes
+//! groups of neighbours, nearest first, until what it holds hides the rest.
+//!
 //! The bounds are derived in [`crate::filter`].
 
 mod paint;
@@ -17,7 +21,8 @@ use crate::{
     camera::{Region, View},
     cover::{BLOCK, Cover},
     exact::decide::Truth,
-    order::{GROUP, Ordered},
+    memory,
+    order::{self, GROUP, Ordered},
     plan::UNDECIDED,
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
@@ -124,7 +129,9 @@ impl Cpu {
             self.ordered = None;
         }
         if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > BANDS) {
-            self.ordered = Some(Ordered::new(scene));
+            // Without it everything works, slower; it must not be what exhausts the memory.
+            let fits = memory::available().is_none_or(|bytes| bytes / 2 > scene.len() as u64 * order::BYTES);
+            self.ordered = Some(if fits { Ordered::new(scene) } else { None });
         }
     }
 
