@@ -6,6 +6,7 @@
 //! * [`render`]: a device draws a scene, the one entry for every caller. [`part`] merges pictures drawn in several places.
 //! * [`cpu`] and [`gpu`]: two devices, one answer. The GPU executes what [`plan`] lays out, with variants of the shader from
 //!   [`shader`].
+//! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and the other decides what is left over.
 //! * [`bins`], [`project`], [`filter`], [`simd`]: spheres into view space, tile lists, and one ray against one sphere, in f64
 //!   with bounds that are derived next to them.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
@@ -48,5 +49,6 @@ pub mod render;
 pub mod scene;
 pub mod shader;
 pub mod simd;
+pub mod tile;
 #[cfg(feature = "window")]
 pub mod view;
