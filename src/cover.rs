@@ -35,7 +35,7 @@ impl Cover {
     /// Of a region; none if no sphere is much larger than others, or none of these covers a block.
     pub fn new(scene: &Scene, projector: &Projector) -> Option<Self> {
         let bounds = scene.bounds();
-        if bounds.max_radius < 8.0 * bounds.min_radius || projector.screen.kappa >= 1e70 {
+        if bounds.max_radius < 8.0 * bounds.min_radius || !projector.screen.has_depths() {
             return None;
         }
         let blocks = |pixels: u32| (pixels as usize).div_ceil(BLOCK);

@@ -96,6 +96,11 @@ impl Screen {
             width: if usable { 256.0 * per_quotient * doubt } else { 0.0 },
         }
     }
+
+    /// Whether depths tell what is hidden: where screens are so wide that `|dir|^2` overflows, there are none to go by.
+    pub fn has_depths(&self) -> bool {
+        self.kappa < 1e70
+    }
 }
 
 /// A sphere's bounds on a screen; see the file's head.

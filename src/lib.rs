@@ -7,6 +7,7 @@
 //! * [`cpu`] and [`gpu`]: two devices, one answer. The GPU executes what [`plan`] lays out, with variants of the shader from
 //!   [`shader`].
 //! * [`order`], [`cover`]: what can be skipped: groups of neighbours as a whole, and what large spheres hide.
+//! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and the other decides what is left over.
 //! * [`bins`], [`project`], [`filter`], [`simd`]: spheres into view space, tile lists, and one ray against one sphere, in f64
 //!   with bounds that are derived next to them.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
@@ -50,5 +51,6 @@ pub mod render;
 pub mod scene;
 pub mod shader;
 pub mod simd;
+pub mod tile;
 #[cfg(feature = "window")]
 pub mod view;

@@ -245,7 +245,7 @@ fn depths_of_the_screen() {
     climb("y back to t", Projection::Perspective, 9, wide(1.0), |stage, input, e| {
         let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
         let y = input.radius;
-        // As in `PaintTile::freshen`.
+        // As in `Tile::freshen`.
         let depth = y / length(sx, sy);
         let t = depth + depth.abs() * BACK;
         // t >= y / a, times a.

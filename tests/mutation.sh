@@ -125,10 +125,13 @@ more 'inner walls at once' $f 'Self::Near => -1,' 'Self::Near => 1,' '' --test e
 more 'depths of 100 bits whatever cancels' $f 'if y.is_within(0.25 * DISTANCE_ERROR) {' 'if y.is_within(1e300) || true {' 'camera' --test exactness depths_are
 more 'order of lattices: the radius does not drop out' src/exact/small.rs 'if same_radius && s == t' 'if s == t' '' --test exactness cpu::every_pixel
 
-f=src/cpu/paint.rs
+f=src/tile.rs
 fault 'ties to the higher index' $f 'order.then(index.cmp(&holder)).is_gt()' 'order.then(holder.cmp(&index)).is_gt()' '' --test exactness cpu::every_pixel
-more 'duplicates: the higher index' $f 'self.state.id[at] = holder.min(index);' 'self.state.id[at] = holder.max(index);' 'twice' --test exactness cpu::every_pixel
-more 'duplicates at a glance: the higher index' $f 'twin.min(entry.index as i32)' 'twin.max(entry.index as i32)' 'twice' --test exactness cpu::every_pixel
+more 'duplicates: the higher index' $f 'self.id[row][column] = holder.min(index);' 'self.id[row][column] = holder.max(index);' 'twice' --test exactness cpu::every_pixel
+more 'duplicates at a glance: the higher index' $f 'twin.min(index)' 'twin.max(index)' 'twice' --test exactness cpu::every_pixel
+more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
+more 'blocks as far as their last row' $f 'farthest = depth.max(farthest);' 'farthest = depth;' '' --test exactness cpu::every_pixel
+f=src/cpu/paint.rs
 more 'hidden by the nearest block' $f 'farthest = if block > farthest { block } else { farthest };' 'farthest = if farthest > f64::NEG_INFINITY { farthest } else { block };' '' --test exactness cpu::every_pixel
 more 'hidden by nothing' $f '    nearest > farthest
 }' '    nearest > farthest - 1.0
@@ -149,7 +152,6 @@ more 'early stop a slab of groups too soon' $f 'if self.depths.farthest < grid.s
             groups.clear' '' --test exactness skipping::every_pixel
 more 'backgrounds before other spheres' $f '*other == number || sphere.z + sphere.r + sphere.bound() < last.nearest()' '*other == number || sphere.nearest() < last.nearest()' '' --test exactness cpu::every_pixel
 more 'groups hidden by their middle' $f 'Self { index, nearest: towards_eye(nearest), window }' 'Self { index, nearest: towards_eye(nearest + 1.0), window }' '' --test exactness skipping::every_pixel
-more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
 
 f=src/order.rs
 fault 'groups that do not hold their spheres' $f 'block.center(sphere).distance(middle) + block.radius(sphere)' 'block.center(sphere).distance(middle)' '' --test exactness skipping::every_pixel
@@ -157,11 +159,8 @@ f=src/cover.rs
 fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs() * BACK);' 'greatest = if greatest > f64::NEG_INFINITY { greatest.min(depth) } else { depth };' '' --test exactness skipping::every_pixel
 more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test exactness skipping::every_pixel
 f=src/gpu/decide.rs
-more 'GPU, decisions: ties to the higher index' $f 'then(index.total_cmp(&holder)).is_gt()' 'then(holder.total_cmp(&index)).is_gt()' '' --test exactness gpu::every_pixel
 more 'GPU, decisions: a duplicate by its depth alone' $f 'again |= earlier < index && other == ball;' 'again |= earlier < index;' '' --test exactness gpu::every_pixel
-more 'GPU, decisions: early stop at the first behind' $f 'if nearest - sphere.bound() - disorder > self.open.farthest {' 'if nearest > self.open.farthest {' '' --test exactness gpu::every_pixel
-more 'GPU, decisions: no far pixels' $f 'farthest = depth.max(farthest);' 'farthest = depth;' '' --test exactness gpu::every_pixel
-more 'GPU, decisions: lower bounds of holders as the upper' $f 'self.slack.max(1.05 * width)' 'self.slack.max(0.0 * width)' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: early stop at the first behind' $f 'if nearest - sphere.bound() - disorder > *farthest {' 'if nearest > *farthest {' '' --test exactness gpu::every_pixel
 
 f=src/exact/small.rs
 more 'symmetry: rational roots taken for independent' $f '[_, None, Some(root_ab)] => y * root_ab == p && x == 0,' '[_, None, Some(root_ab)] => x * root_ab == p && y == 0,' '' --lib exact::decide

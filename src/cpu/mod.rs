@@ -1,14 +1,10 @@
 //! The native device: tiles on all cores, f64, no driver.
 //!
-//! Each tile keeps, for every pixel, the nearest sphere so far and an interval that certainly holds its depth. A sphere's test
-//! at a pixel ends in one of three ways: certainly behind or a miss; certainly in front; or in doubt, and then
-//! [`crate::exact`] decides at once between it and the holder. So the holder is exact at all times, in any order of spheres.
+//! How a sphere is drawn into a tile is told in [`crate::tile`]; here, which tiles there are, and which spheres come when.
 //!
 //! A scene that is drawn for the first time is looked at sphere by sphere: tile lists come in waves, front spheres first if there are
 //! many, and what they hide is not listed again. One that is drawn again is put in order ([`crate::order`]): each tile then takes
 //! groups of neighbours, nearest first, until what it holds hides the rest.
-//!
-//! The bounds are derived in [`crate::filter`].
 
 mod paint;
 
@@ -26,6 +22,7 @@ use crate::{
     plan::UNDECIDED,
     render::{Counts, DrawError, Drawing, Times},
     scene::Scene,
+    tile::{Exact, FilterOnly, Mode, Uncertified},
 };
 use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
 
@@ -33,8 +30,6 @@ use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
 const SIDE: usize = 64;
 /// Blocks a side of a tile; for each the farthest depth is kept.
 const BLOCKS: usize = SIDE / BLOCK;
-/// No sphere.
-const NONE: i32 = -1;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
 pub(crate) const WAVE: usize = 1 << 18;
 /// Pixels of a band at most: its state is 12 bytes a pixel when there are several waves.
@@ -44,42 +39,6 @@ pub(crate) const BAND: usize = 4 << 20;
 pub(crate) fn shift(region: Region) -> u32 {
     let tiles = region.width.div_ceil(SIDE as u32) as usize * region.height.div_ceil(SIDE as u32) as usize;
     if tiles >= 8 * rayon::current_num_threads() { SIDE.ilog2() } else { SIDE.ilog2() - 1 }
-}
-
-/// What the tile kernel does with its bounds. Only [`Exact`] is used to draw; the others are compiled apart for `bench`, which
-/// measures what exactness costs.
-trait Mode: Copy + Send + Sync + 'static {
-    /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
-    const BOUNDS: bool;
-    /// Whether what the bounds leave open is decided; without, such pixels are [`crate::plan::UNDECIDED`].
-    const DECIDES: bool;
-}
-
-/// The device.
-#[derive(Clone, Copy)]
-struct Exact;
-
-impl Mode for Exact {
-    const BOUNDS: bool = true;
-    const DECIDES: bool = true;
-}
-
-/// Bounds without decisions.
-#[derive(Clone, Copy)]
-struct FilterOnly;
-
-impl Mode for FilterOnly {
-    const BOUNDS: bool = true;
-    const DECIDES: bool = false;
-}
-
-/// Neither: wrong where rounding matters.
-#[derive(Clone, Copy)]
-struct Uncertified;
-
-impl Mode for Uncertified {
-    const BOUNDS: bool = false;
-    const DECIDES: bool = false;
 }
 
 /// From how many spheres on work is done that saves more of it later, and how much is done at once. Pictures do not depend on it.
@@ -280,7 +239,7 @@ impl Cpu {
                 drawing.times.prepare += milliseconds(prepared);
             }
             let drawn = Instant::now();
-            painter.gather::<M>(&self.tiles, &mut drawing.ids);
+            painter.gather(&self.tiles, &mut drawing.ids);
             drawing.counts.empty += empty.iter().filter(|empty| **empty).count();
             drawing.times.render += milliseconds(drawn);
         }

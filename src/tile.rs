@@ -1,0 +1,435 @@
+//! The pixels of a tile, and one sphere against them in f64: the loop of both devices.
+//!
+//! A tile keeps, for every pixel, the nearest sphere so far and an interval that certainly holds its depth. A sphere's test at a
+//! pixel ends in one of three ways: certainly behind or a miss; certainly in front; or in doubt, and then [`crate::exact`]
+//! decides at once between it and the holder. So the holder is exact at all times, in any order of spheres.
+//!
+//! The bounds are derived in [`crate::filter`]. Which spheres come, and in which order, is the devices' matter.
+
+use crate::{
+    camera::Projection,
+    cover::BLOCK,
+    exact::decide::{Ball, Hit, Root, Tally, Truth},
+    filter::{BACK, Look, Margins, Row, length},
+    plan::NONE,
+    project::{Projected, Projector},
+    scene::Scene,
+    simd::{self, LANES, Lanes},
+};
+
+/// In the place of a holder: not a pixel to draw.
+const CLOSED: i32 = NONE - 1;
+/// A bit of a holder's index where it is one of several that may be nearest; closed pixels have it, too.
+const OPEN: i32 = i32::MIN;
+
+/// What is done with bounds. Only [`Exact`] is used to draw; the others are compiled apart for `bench`, which measures what
+/// exactness costs.
+pub trait Mode: Copy + Send + Sync + 'static {
+    /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
+    const BOUNDS: bool;
+    /// Whether what the bounds leave open is decided; without, such pixels are [`crate::plan::UNDECIDED`].
+    const DECIDES: bool;
+}
+
+/// As the devices draw.
+#[derive(Clone, Copy)]
+pub struct Exact;
+
+impl Mode for Exact {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = true;
+}
+
+/// Bounds without decisions.
+#[derive(Clone, Copy)]
+pub struct FilterOnly;
+
+impl Mode for FilterOnly {
+    const BOUNDS: bool = true;
+    const DECIDES: bool = false;
+}
+
+/// Neither: wrong where rounding matters.
+#[derive(Clone, Copy)]
+pub struct Uncertified;
+
+impl Mode for Uncertified {
+    const BOUNDS: bool = false;
+    const DECIDES: bool = false;
+}
+
+/// No bounds at all, for `bench`.
+const PLAIN: Margins = Margins { doubt: 0.0, solid: 0.0, width: 0.0, rim: 0.0 };
+
+/// Work as [`simd::Work`] that is compiled for each projection, too.
+pub trait Work {
+    /// What comes out.
+    type Output;
+
+    /// Does it.
+    fn run<L: Lanes, const PERSPECTIVE: bool>(self) -> Self::Output;
+}
+
+struct Projecting<W, const PERSPECTIVE: bool>(W);
+
+impl<W: Work, const PERSPECTIVE: bool> simd::Work for Projecting<W, PERSPECTIVE> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> W::Output {
+        self.0.run::<L, PERSPECTIVE>()
+    }
+}
+
+/// Does the work.
+pub fn dispatch<W: Work>(projection: Projection, work: W) -> W::Output {
+    match projection {
+        Projection::Orthographic => simd::dispatch(Projecting::<W, false>(work)),
+        Projection::Perspective => simd::dispatch(Projecting::<W, true>(work)),
+    }
+}
+
+/// Where a tile lies, and what tells about its spheres.
+pub struct Place<'a, const SIDE: usize> {
+    scene: &'a Scene,
+    truth: &'a Truth,
+    projector: &'a Projector,
+    /// First column and row of the region.
+    corner: [usize; 2],
+    /// On the screen; infinite beyond the region.
+    columns: [f64; SIDE],
+    rows: [f64; SIDE],
+}
+
+impl<'a, const SIDE: usize> Place<'a, SIDE> {
+    /// Of the tile that begins at some column and row of the projector's region.
+    #[inline(always)]
+    pub fn new(scene: &'a Scene, truth: &'a Truth, projector: &'a Projector, corner: [usize; 2]) -> Self {
+        let some = |values: &[f64], from: usize| {
+            std::array::from_fn(|k| values.get(from + k).copied().unwrap_or(f64::INFINITY))
+        };
+        let (columns, rows) = (some(&projector.columns, corner[0]), some(&projector.rows, corner[1]));
+        Self { scene, truth, projector, corner, columns, rows }
+    }
+}
+
+/// The pixels of a tile; `SIDE` is a multiple of [`BLOCK`], and of [`LANES`].
+#[repr(align(64))]
+#[derive(Clone)]
+pub struct Tile<const SIDE: usize> {
+    /// Upper bound of the holder's depth, times |dir|^2, in view lengths; infinite for none, negative infinite where closed.
+    high: [[f64; SIDE]; SIDE],
+    /// Index of the holder.
+    id: [[i32; SIDE]; SIDE],
+    /// No holder's depth is less than its upper bound by more than this.
+    slack: f64,
+    /// Blocks whose depth may have become less.
+    stale: u64,
+    /// What was decided.
+    tally: Tally,
+}
+
+impl<const SIDE: usize> Default for Tile<SIDE> {
+    fn default() -> Self {
+        let (high, id) = ([[f64::NEG_INFINITY; SIDE]; SIDE], [[CLOSED; SIDE]; SIDE]);
+        Self { high, id, slack: 0.0, stale: 0, tally: Tally::default() }
+    }
+}
+
+/// What the bounds leave open of eight pixels.
+struct Doubt {
+    /// A bit for each pixel to be decided.
+    undecided: u8,
+    /// For each that is certainly hit.
+    sure: u8,
+    /// Bounds of the depths of certain hits.
+    leasts: [f64; LANES],
+    mosts: [f64; LANES],
+}
+
+impl<const SIDE: usize> Tile<SIDE> {
+    /// Blocks a side.
+    const BLOCKS: usize = SIDE / BLOCK;
+
+    /// Nothing is seen yet in the first columns and rows; beyond them there are no pixels.
+    pub fn clear(&mut self, columns: usize, rows: usize) {
+        (self.slack, self.stale) = (0.0, u64::MAX >> (64 - Self::BLOCKS * Self::BLOCKS));
+        for (row, (high, id)) in self.high.iter_mut().zip(&mut self.id).enumerate() {
+            let inside = if row < rows { columns } else { 0 };
+            high[..inside].fill(f64::INFINITY);
+            high[inside..].fill(f64::NEG_INFINITY);
+            id[..inside].fill(NONE);
+            id[inside..].fill(CLOSED);
+        }
+    }
+
+    /// Nothing is seen yet at a pixel.
+    pub fn open(&mut self, column: usize, row: usize) {
+        (self.high[row][column], self.id[row][column]) = (f64::INFINITY, NONE);
+    }
+
+    /// The holders of a row's pixels: [`NONE`] where there is none, and less where it is open which, or there is no pixel.
+    pub fn ids(&self, row: usize) -> &[i32; SIDE] {
+        &self.id[row]
+    }
+
+    /// Gives all pixels without a holder one that is behind all others.
+    pub fn fill(&mut self, index: i32) {
+        self.id.as_flattened_mut().iter_mut().filter(|id| **id == NONE).for_each(|id| *id = index);
+    }
+
+    /// What was decided since this was asked last.
+    pub fn take_tally(&mut self) -> Tally {
+        std::mem::take(&mut self.tally)
+    }
+
+    /// Some holder's bounds are as far apart as this, or so the roundings here and in comparisons make it seem.
+    ///
+    /// [`crate::filter`] leaves over more than the tenth of `W` that is added: the width of an interval is `2 W`, and one
+    /// rounding of a depth is below `0.05 E / sqrt T`.
+    #[inline(always)]
+    fn widen(&mut self, width: f64) {
+        let slack = 1.05 * width;
+        self.slack = if slack > self.slack { slack } else { self.slack };
+    }
+
+    /// The sphere is the holder, at a depth between these.
+    fn hold(&mut self, index: i32, [column, row]: [usize; 2], [low, high]: [f64; 2]) {
+        self.widen(high - low + high.abs() * (8.0 * f64::EPSILON));
+        self.high[row][column] = high;
+        self.id[row][column] = index;
+        self.touch(column, row);
+    }
+
+    #[inline(always)]
+    fn touch(&mut self, column: usize, row: usize) {
+        self.stale |= 1 << (row / BLOCK * Self::BLOCKS + column / BLOCK);
+    }
+
+    /// Before spheres are drawn: for all whose bounds are those of the screen.
+    #[inline(always)]
+    pub fn begin<M: Mode>(&mut self, place: &Place<'_, SIDE>) {
+        if M::BOUNDS {
+            self.widen(2.0 * place.projector.screen.width);
+        }
+    }
+
+    /// A block whose depth may have become less since it was told last, and the depth behind which nothing is seen in it.
+    #[inline(always)]
+    pub fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, place: &Place<'_, SIDE>) -> Option<(usize, f64)> {
+        if self.stale == 0 {
+            return None;
+        }
+        let block = self.stale.trailing_zeros() as usize % (Self::BLOCKS * Self::BLOCKS);
+        self.stale &= self.stale - 1;
+        let (x, y) = (block % Self::BLOCKS * BLOCK, block / Self::BLOCKS * BLOCK);
+        let sx = L::load(&place.columns[x..]);
+        let mut farthest = L::splat(f64::NEG_INFINITY);
+        for row in y..y + BLOCK {
+            let high = L::load(&self.high[row][x..]);
+            let depth = if PERSPECTIVE {
+                // From t a back to t.
+                let depth = high.div(length(sx, place.rows[row]));
+                depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(BACK)))
+            } else {
+                high
+            };
+            // A pixel outside the region is NaN or negative infinite here and hides nothing.
+            farthest = depth.max(farthest);
+        }
+        let farthest = if place.projector.screen.has_depths() { farthest.greatest() } else { f64::INFINITY };
+        Some((block, farthest))
+    }
+
+    /// A sphere, at pixels where it may be seen: from a first to a last column `across`, of the rows `down`. A plane may `cut` it.
+    #[inline(always)]
+    pub fn draw<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        index: u32,
+        sphere: &Projected,
+        cut: bool,
+        across: [usize; 2],
+        down: impl Iterator<Item = usize>,
+    ) {
+        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, place.projector.screen) } else { PLAIN };
+        if cut {
+            self.clipped::<PERSPECTIVE, M>(place, index as i32, sphere, &margins, across, down);
+        } else {
+            self.whole::<L, PERSPECTIVE, M>(place, index as i32, sphere, &margins, across, down);
+        }
+    }
+
+    /// A sphere that no plane can cut: the near root, in vector form.
+    #[inline(always)]
+    fn whole<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        index: i32,
+        sphere: &Projected,
+        &Margins { doubt, solid, width, rim }: &Margins,
+        [left, right]: [usize; 2],
+        down: impl Iterator<Item = usize>,
+    ) {
+        // What is vague is never in front for certain, and has no width.
+        let lift = if solid == f64::INFINITY { 0.0 } else { width };
+        if M::BOUNDS && sphere.r < place.projector.screen.plain {
+            self.widen(2.0 * lift);
+        }
+        // A holder that turned out to be the same sphere.
+        let mut twin: Option<i32> = None;
+        let zero = L::splat(0.0);
+        let mut slack = L::splat(self.slack);
+        for row in down {
+            let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
+            let lifted = line.lifted(lift);
+            for vector in left / LANES..right / LANES + 1 {
+                let first = vector * LANES;
+                let sx = L::load(&place.columns[first..]);
+                let high = L::load(&self.high[row][first..]);
+                let (q, b) = lifted.meet::<L, PERSPECTIVE>(sx);
+                // `b - high`, with `W` added.
+                let above = b.sub(high);
+                // Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root.
+                // For hits that are not solid, `rim` stands for root and `W`. The tenth added to `W` covers the roundings of
+                // the differences and the square, 2.5 u of the depth: see [`crate::filter`] for what `W` is at least.
+                let ahead = above.sub(L::splat(2.1 * lift)).max(zero);
+                let lose = q.less(L::splat(-doubt)) | L::splat(rim * rim).max(q).less(ahead.mul(ahead));
+                if lose == u8::MAX {
+                    continue;
+                }
+                let root = q.max(zero).sqrt();
+                // What is NaN is in doubt. In front for certain: `b - sqrt q + W < high - slack`.
+                let sure = L::splat(solid).less(q);
+                let win = sure & above.add(slack).less(root);
+                if win != 0 {
+                    L::select(win, b.sub(root), high).store(&mut self.high[row][first..]);
+                    L::mark(win, index, &mut self.id[row][first..]);
+                    self.touch(first, row);
+                }
+                let undecided = !(win | lose);
+                if !M::BOUNDS || undecided == 0 {
+                    continue;
+                }
+                let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
+                line.meet::<L, PERSPECTIVE>(sx).1.sub(root).sub(L::splat(width)).store(&mut leasts);
+                b.sub(root).store(&mut mosts);
+                let doubt = Doubt { undecided, sure, leasts, mosts };
+                self.decide::<M>(place, index, [first, row], &doubt, &mut twin);
+                slack = L::splat(self.slack);
+            }
+        }
+    }
+
+    /// Decides between a sphere and the holders of some of eight pixels.
+    #[cold]
+    #[inline(never)]
+    fn decide<M: Mode>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        index: i32,
+        [first, row]: [usize; 2],
+        &Doubt { mut undecided, sure, leasts, mosts }: &Doubt,
+        twin: &mut Option<i32>,
+    ) {
+        while undecided != 0 {
+            let k = undecided.trailing_zeros() as usize;
+            undecided &= undecided - 1;
+            let (at, sure) = ([first + k, row], sure >> k & 1 == 1);
+            if let Some(twin) = *twin
+                && self.id[row][first + k] == twin
+            {
+                // Known to be the same sphere, under another index.
+                self.id[row][first + k] = twin.min(index);
+            } else if M::DECIDES {
+                let depth = sure.then_some([leasts[k], mosts[k]]);
+                *twin = self.settle(place, index, at, depth).or(*twin);
+            } else {
+                self.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
+            }
+        }
+    }
+
+    /// A sphere that a plane may cut: either root, pixel by pixel.
+    #[inline(always)]
+    fn clipped<const PERSPECTIVE: bool, M: Mode>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        index: i32,
+        sphere: &Projected,
+        margins: &Margins,
+        [left, right]: [usize; 2],
+        down: impl Iterator<Item = usize>,
+    ) {
+        let planes = [place.projector.near, place.projector.far];
+        for row in down {
+            let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
+            for column in left..=right {
+                let (at, high) = ([column, row], self.high[row][column]);
+                match line.look::<PERSPECTIVE>(margins, planes, high, place.columns[column]) {
+                    Look::Gone => {}
+                    Look::Seen(depth) if depth[1] < high - self.slack => self.hold(index, at, depth),
+                    _ if !M::BOUNDS => {}
+                    _ if !M::DECIDES => self.leave_open(index, at, f64::NEG_INFINITY, f64::INFINITY),
+                    _ => {
+                        self.settle(place, index, at, None);
+                    }
+                }
+            }
+        }
+    }
+
+    /// For `bench`: the sphere may or may not be the nearest, and begins and ends at these depths at the latest.
+    fn leave_open(&mut self, index: i32, [column, row]: [usize; 2], least: f64, most: f64) {
+        let (holder, high) = (self.id[row][column], self.high[row][column]);
+        self.id[row][column] = OPEN | if holder == NONE { index } else { holder };
+        self.widen(high - least);
+        if most < high {
+            self.high[row][column] = most;
+            self.touch(column, row);
+        }
+    }
+
+    /// Decides exactly between a sphere and the holder of a pixel. Answers with the holder if it is the same sphere.
+    ///
+    /// `depth` bounds the depth of a sphere that no plane cuts and that is hit for certain.
+    #[cold]
+    #[inline(never)]
+    fn settle(
+        &mut self,
+        &Place { scene, truth, projector, corner: [x, y], .. }: &Place<'_, SIDE>,
+        index: i32,
+        [column, row]: [usize; 2],
+        depth: Option<[f64; 2]>,
+    ) -> Option<i32> {
+        let holder = self.id[row][column];
+        if holder == CLOSED {
+            return None;
+        }
+        let ball = Ball::from(scene.sphere(index as usize));
+        let held = (holder != NONE).then(|| Ball::from(scene.sphere(holder as usize)));
+        if held == Some(ball) {
+            self.id[row][column] = holder.min(index);
+            return Some(holder);
+        }
+        let pixel = truth.pixel(projector.region.x + (x + column) as u32, projector.region.y + (y + row) as u32);
+        let hit = match depth {
+            Some(_) => Hit::known(ball, Root::Near),
+            None => pixel.hit(ball, &mut self.tally)?,
+        };
+        if let Some(held) = held {
+            // The holder was seen when it became the holder; which wall is plain where no plane cuts it.
+            let whole = !projector.cuts(&projector.project(held.center, held.radius));
+            let held = match whole {
+                true => Hit::known(held, Root::Near),
+                false => pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there"),
+            };
+            let order = pixel.order(&hit, &held, &mut self.tally);
+            if order.then(index.cmp(&holder)).is_gt() {
+                return None;
+            }
+        }
+        self.hold(index, [column, row], depth.unwrap_or_else(|| pixel.interval(&hit)));
+        None
+    }
+}
