@@ -136,7 +136,8 @@ impl Item {
     #[inline(always)]
     fn cell(&self, bits: u32) -> usize {
         let [x, y, z] = self.at.map(|at| at.checked_shr(32 - bits).unwrap_or(0) as usize);
-        ((self.at[0] as usize % (1 << CLASSES) << bits | x) << bits | y) << bits | z
+        let class = self.at[0] as usize % (1 << CLASSES);
+        (((((class << bits) | x) << bits) | y) << bits) | z
     }
 }
 

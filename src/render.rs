@@ -134,7 +134,7 @@ pub struct Drawing {
 /// An opened device.
 pub enum Device {
     /// The native path.
-    Cpu(Cpu),
+    Cpu(Box<Cpu>),
     /// wgpu on any adapter.
     Gpu(Box<Gpu>),
 }
@@ -146,10 +146,10 @@ impl Device {
     /// When none fits.
     pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
         match choice {
-            DeviceChoice::Cpu => Ok(Self::Cpu(Cpu::default())),
-            DeviceChoice::Auto if !crate::gpu::adapters::may_have_hardware() => Ok(Self::Cpu(Cpu::default())),
+            DeviceChoice::Cpu => Ok(Self::Cpu(Box::default())),
+            DeviceChoice::Auto if !crate::gpu::adapters::may_have_hardware() => Ok(Self::Cpu(Box::default())),
             DeviceChoice::Auto => {
-                Ok(Gpu::open(choice).map_or_else(|_| Self::Cpu(Cpu::default()), |gpu| Self::Gpu(Box::new(gpu))))
+                Ok(Gpu::open(choice).map_or_else(|_| Self::Cpu(Box::default()), |gpu| Self::Gpu(Box::new(gpu))))
             }
             DeviceChoice::Gpu | DeviceChoice::Named(_) => Ok(Self::Gpu(Box::new(Gpu::open(choice)?))),
         }

@@ -272,38 +272,43 @@ impl<const SIDE: usize> Tile<SIDE> {
         down: impl Iterator<Item = usize>,
     ) {
         // What is vague is never in front for certain, and has no width.
-        let lift = if solid == f64::INFINITY { 0.0 } else { width };
+        let vague = solid == f64::INFINITY;
+        let (known, sure_from) = if vague { (0.0, f64::INFINITY) } else { (width, rim * rim) };
         if M::BOUNDS && sphere.r < place.projector.screen.plain {
-            self.widen(2.0 * lift);
+            self.widen(2.0 * known);
         }
+        // How much nearer than `before` below an upper end is; the tenth covers the roundings of the differences and the square,
+        // 2.5 u of the depth: see [`crate::filter`] for what `W` is at least.
+        let between = 2.1 * known;
         // A holder that turned out to be the same sphere.
         let mut twin: Option<i32> = None;
         let zero = L::splat(0.0);
-        let mut slack = L::splat(self.slack);
+        let mut slack = L::splat(self.slack + between);
         for row in down {
             let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
-            let lifted = line.lifted(lift);
+            let (before, after) = (line.lifted(known - between), line.lifted(known));
             for vector in left / LANES..right / LANES + 1 {
                 let first = vector * LANES;
                 let sx = L::load(&place.columns[first..]);
                 let high = L::load(&self.high[row][first..]);
-                let (q, b) = lifted.meet::<L, PERSPECTIVE>(sx);
-                // `b - high`, with `W` added.
+                let (q, b) = before.meet::<L, PERSPECTIVE>(sx);
+                // `b - 1.1 W - high`.
                 let above = b.sub(high);
                 // Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root.
-                // For hits that are not solid, `rim` stands for root and `W`. The tenth added to `W` covers the roundings of
-                // the differences and the square, 2.5 u of the depth: see [`crate::filter`] for what `W` is at least.
-                let ahead = above.sub(L::splat(2.1 * lift)).max(zero);
-                let lose = q.less(L::splat(-doubt)) | L::splat(rim * rim).max(q).less(ahead.mul(ahead));
+                // For hits that are not solid, `rim` stands for root and `W`.
+                let (ahead, square) = (above.max(zero), L::splat(rim * rim).max(q));
+                let lose = q.less(L::splat(-doubt)) | square.less(ahead.mul(ahead));
                 if lose == u8::MAX {
                     continue;
                 }
-                let root = q.max(zero).sqrt();
-                // What is NaN is in doubt. In front for certain: `b - sqrt q + W < high - slack`.
-                let sure = L::splat(solid).less(q);
+                let root = square.sqrt();
+                // What is NaN is in doubt, and so is what is hardly solid, whose root is not told here. In front for certain:
+                // `b - sqrt q + W < high - slack`.
+                let sure = L::splat(sure_from).less(q);
                 let win = sure & above.add(slack).less(root);
                 if win != 0 {
-                    L::select(win, b.sub(root), high).store(&mut self.high[row][first..]);
+                    let depth = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
+                    L::select(win, depth, high).store(&mut self.high[row][first..]);
                     L::mark(win, index, &mut self.id[row][first..]);
                     self.touch(first, row);
                 }
@@ -313,10 +318,10 @@ impl<const SIDE: usize> Tile<SIDE> {
                 }
                 let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
                 line.meet::<L, PERSPECTIVE>(sx).1.sub(root).sub(L::splat(width)).store(&mut leasts);
-                b.sub(root).store(&mut mosts);
+                after.meet::<L, PERSPECTIVE>(sx).1.sub(root).store(&mut mosts);
                 let doubt = Doubt { undecided, sure, leasts, mosts };
                 self.decide::<M>(place, index, [first, row], &doubt, &mut twin);
-                slack = L::splat(self.slack);
+                slack = L::splat(self.slack + between);
             }
         }
     }

@@ -16,7 +16,11 @@ use corpus::{Case, random::Random};
 use glam::{DVec3, IVec3};
 use judge::Judge;
 use planisphere::{
-    camera::{Camera, Projection, Region, ScreenSize, View},
+    bench::{
+        reference,
+        scenes::{Kind, Recipe},
+    },
+    camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::{Cpu, Effort},
     frame::depth_plane,
     render::{Device, DeviceChoice},
@@ -62,7 +66,10 @@ struct Drawer {
 fn open(choice: Choice) -> Drawer {
     let device = match choice {
         Choice::Cpu => Device::open(&DeviceChoice::Cpu),
-        Choice::Skipping => Ok(Device::Cpu(Cpu::with(Effort { order: 0, cover: 0, sample: 0, wave: 16 }))),
+        Choice::Skipping => {
+            let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16 };
+            Ok(Device::Cpu(Box::new(Cpu::with(effort))))
+        }
         Choice::Gpu => Device::open(&DeviceChoice::Gpu),
     };
     let device = device.unwrap_or_else(|error| {
@@ -380,6 +387,21 @@ on_all! {
             report.compare(&case.name, region, &want, &got);
         }
         report.finish();
+    }
+
+    deep_tiles_are_drawn_to_the_end(choice) {
+        // Lists of many slabs, most of them hidden; the reference has no early stop.
+        let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut drawer = open(choice);
+        let image = ImageSize { width: 70, height: 70 };
+        for count in [20_000, 200_000] {
+            for projection in [Projection::Orthographic, Projection::Perspective] {
+                let made = Recipe { projection, ..Recipe::new(Kind::Uniform, count) }.make(image);
+                let (view, region) = (View::new(made.camera, image), Region::whole(image));
+                let got = draw(&mut drawer, &made.scene, &view, region, &made.name);
+                assert!(got == reference::exact(&made.scene, &view, region).ids, "{count}, {projection:?}");
+            }
+        }
     }
 
     a_region_is_a_part_of_the_whole(choice) {

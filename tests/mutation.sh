@@ -142,14 +142,14 @@ more 'early stop a slab too soon' $f 'if self.depths.farthest < grid.slab_start(
             for some' 'if self.depths.farthest < grid.slab_start(slab + 1) {
                 break;
             }
-            for some' '' --test exactness cpu::every_pixel
+            for some' '' --test exactness cpu::deep_tiles
 more 'early stop a slab of groups too soon' $f 'if self.depths.farthest < grid.slab_start(slab) {
                 break;
             }
             groups.clear' 'if self.depths.farthest < grid.slab_start(slab + 1) {
                 break;
             }
-            groups.clear' '' --test exactness skipping::every_pixel
+            groups.clear' '' --test exactness skipping::deep_tiles
 more 'backgrounds before other spheres' $f '*other == number || sphere.z + sphere.r + sphere.bound() < last.nearest()' '*other == number || sphere.nearest() < last.nearest()' '' --test exactness cpu::every_pixel
 more 'groups hidden by their middle' $f 'Self { index, nearest: towards_eye(nearest), window }' 'Self { index, nearest: towards_eye(nearest + 1.0), window }' '' --test exactness skipping::every_pixel
 
