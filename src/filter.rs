@@ -117,16 +117,21 @@ pub struct Margins {
 }
 
 impl Margins {
+    /// Of a sphere whose radius is at least [`Screen::plain`]: the bounds of the farthest are good enough, and cost a few products.
+    #[inline(always)]
+    pub fn shared(radius: f64, screen: &Screen) -> Self {
+        let Screen { doubt, width, .. } = *screen;
+        Self { doubt: doubt * radius, solid: radius * radius * (1.0 / 65536.0), width, rim: (RIM / 256.0) * radius }
+    }
+
     /// Of a sphere.
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, screen: Screen) -> Self {
-        let Screen { kappa, spread, plain, doubt, width, .. } = screen;
-        let square = s.r * s.r;
-        let least = square * (1.0 / 65536.0);
+        let Screen { kappa, spread, plain, .. } = screen;
         if s.r >= plain {
-            // Nearly all: the bounds of the farthest sphere are good enough, and cost a few products.
-            return Self { doubt: doubt * s.r, solid: least, width, rim: (RIM / 256.0) * s.r };
+            return Self::shared(s.r, &screen);
         }
+        let least = s.r * s.r * (1.0 / 65536.0);
         let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
         let delta = kappa * s.bound();
         // NaN is vague.

@@ -252,17 +252,21 @@ impl<const SIDE: usize> Tile<SIDE> {
         across: [usize; 2],
         down: impl Iterator<Item = usize>,
     ) {
-        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, place.projector.screen) } else { PLAIN };
+        let (index, screen) = (index as i32, &place.projector.screen);
+        let own = || if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, *screen) } else { PLAIN };
         if cut {
-            self.clipped::<PERSPECTIVE, M>(place, index as i32, sphere, &margins, across, down);
+            self.clipped::<PERSPECTIVE, M>(place, index, sphere, &own(), across, down);
+        } else if !M::BOUNDS || sphere.r >= screen.plain {
+            let margins = if M::BOUNDS { Margins::shared(sphere.r, screen) } else { PLAIN };
+            self.whole::<L, PERSPECTIVE, true, M>(place, index, sphere, &margins, across, down);
         } else {
-            self.whole::<L, PERSPECTIVE, M>(place, index as i32, sphere, &margins, across, down);
+            self.whole::<L, PERSPECTIVE, false, M>(place, index, sphere, &own(), across, down);
         }
     }
 
-    /// A sphere that no plane can cut: the near root, in vector form.
+    /// A sphere that no plane can cut: the near root, in vector form. Nearly all have `SHARED` bounds, and a loop without what the others need.
     #[inline(always)]
-    fn whole<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
+    fn whole<L: Lanes, const PERSPECTIVE: bool, const SHARED: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
         index: i32,
@@ -272,9 +276,9 @@ impl<const SIDE: usize> Tile<SIDE> {
         down: impl Iterator<Item = usize>,
     ) {
         // What is vague is never in front for certain, and has no width.
-        let vague = solid == f64::INFINITY;
+        let vague = !SHARED && solid == f64::INFINITY;
         let (known, sure_from) = if vague { (0.0, f64::INFINITY) } else { (width, rim * rim) };
-        if M::BOUNDS && sphere.r < place.projector.screen.plain {
+        if !SHARED {
             self.widen(2.0 * known);
         }
         // How much nearer than `before` below an upper end is; the tenth covers the roundings of the differences and the square,
