@@ -67,8 +67,8 @@ pub struct Cpu {
     lists: Workspace<Entry>,
     tiles: Vec<Tile>,
     groups: Workspace<Group>,
-    /// [`Scene::identity`] of what was drawn last.
-    drawn: Option<u64>,
+    /// [`Scene::identity`] of what was drawn last, and how often.
+    drawn: Option<(u64, u32)>,
     /// The same scene in order, once it is drawn again; none inside if it cannot be.
     ordered: Option<Option<Ordered>>,
 }
@@ -81,12 +81,14 @@ impl Cpu {
 
     /// Finds out whether the scene is worth ordering, and orders it.
     ///
-    /// To order costs about as much as to draw once: it pays from the second time on.
+    /// To order costs about as much as to draw a few times, and of very many spheres a dozen times.
     fn order(&mut self, scene: &Scene, bands: usize) {
-        let again = self.drawn.replace(scene.identity()) == Some(scene.identity());
-        if !again {
+        let before = self.drawn.filter(|drawn| drawn.0 == scene.identity()).map_or(0, |drawn| drawn.1);
+        self.drawn = Some((scene.identity(), before.saturating_add(1)));
+        if before == 0 {
             self.ordered = None;
         }
+        let again = before >= if scene.len() < LONG { 1 } else { PATIENCE };
         if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > BANDS) {
             // Without it everything works, slower; it must not be what exhausts the memory.
             let fits = memory::available().is_none_or(|bytes| bytes / 2 > scene.len() as u64 * order::BYTES);
@@ -254,6 +256,9 @@ fn milliseconds(since: Instant) -> f64 {
 
 /// From this many spheres on, a scene that is drawn again is put in order.
 pub(crate) const ORDERED: usize = 1 << 14;
+/// From so many on ordering takes many seconds, and waits until it was drawn so often.
+const LONG: usize = 1 << 25;
+const PATIENCE: u32 = 12;
 /// A picture of more bands is drawn from a scene in order at once.
 pub(crate) const BANDS: usize = 2;
 /// As long as a group lies in about this many tiles on average, order pays.
