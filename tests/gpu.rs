@@ -233,11 +233,15 @@ fn chunks_rounds_windows_batches_and_regions_do_not_show() {
 #[test]
 fn what_large_spheres_hide_is_not_listed_and_not_missed() {
     let mut random = Random(61);
-    let small = |random: &mut Random| {
-        // Before, behind, beside, inside and across the large ones.
-        Sphere { center: random.vector(-4.0, 4.0), radius: random.between(0.01, 0.05), color: [0; 3] }
+    let small = |random: &mut Random, k: usize| {
+        // Before, behind, beside and inside the large ones; half of them half out of the first one's surface.
+        let center = match k % 2 {
+            0 => random.vector(-4.0, 4.0),
+            _ => DVec3::new(1.0, 0.0, 0.5) + 1.7 * random.vector(-1.0, 1.0).normalize(),
+        };
+        Sphere { center, radius: random.between(0.01, 0.05), color: [0; 3] }
     };
-    let mut spheres: Vec<Sphere> = (0..6000).map(|_| small(&mut random)).collect();
+    let mut spheres: Vec<Sphere> = (0..6000).map(|k| small(&mut random, k)).collect();
     for (at, center, radius) in [(17, DVec3::new(1.0, 0.0, 0.5), 1.7), (5000, DVec3::new(-0.5, 2.0, -1.0), 0.9)] {
         spheres[at] = Sphere { center, radius, color: [0; 3] };
     }

@@ -156,8 +156,8 @@ more 'groups hidden by their middle' $f 'Self { index, nearest: towards_eye(near
 f=src/order.rs
 fault 'groups that do not hold their spheres' $f 'block.center(sphere).distance(middle) + block.radius(sphere)' 'block.center(sphere).distance(middle)' '' --test exactness skipping::every_pixel
 f=src/cover.rs
-fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs() * BACK);' 'greatest = if greatest > f64::NEG_INFINITY { greatest.min(depth) } else { depth };' '' --test exactness skipping::every_pixel
-more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test exactness skipping::every_pixel
+fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs() * BACK);' 'greatest = if greatest > f64::NEG_INFINITY { greatest.min(depth) } else { depth };' '' --test gpu large
+more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test gpu large
 f=src/gpu/decide.rs
 more 'GPU, decisions: a duplicate by its depth alone' $f 'again |= earlier < index && other == ball;' 'again |= earlier < index;' '' --test exactness gpu::every_pixel
 more 'GPU, decisions: early stop at the first behind' $f 'if nearest - sphere.bound() - disorder > *farthest {' 'if nearest > *farthest {' '' --test exactness gpu::every_pixel
