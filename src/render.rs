@@ -131,6 +131,22 @@ pub struct Drawing {
     pub times: Times,
 }
 
+impl Drawing {
+    /// Of no pixels yet, with room for those of a region.
+    ///
+    /// # Errors
+    /// When that cannot be had.
+    pub fn new(spheres: usize, region: Region) -> Result<Self, DrawError> {
+        let pixels = region.pixels();
+        let mut ids = Vec::new();
+        ids.try_reserve_exact(pixels).map_err(|_| {
+            DrawError::Memory(format!("{} bytes for the ids of {pixels} pixels cannot be had", 4 * pixels))
+        })?;
+        let counts = Counts { spheres, pixels, ..Counts::default() };
+        Ok(Self { region, ids, counts, times: Times::default() })
+    }
+}
+
 /// An opened device.
 pub enum Device {
     /// The native path.

@@ -20,7 +20,7 @@ use crate::{
     memory,
     order::{self, GROUP, Ordered},
     plan::UNDECIDED,
-    render::{Counts, DrawError, Drawing, Times},
+    render::{DrawError, Drawing},
     scene::Scene,
     tile::{Exact, FilterOnly, Mode, Uncertified},
 };
@@ -124,17 +124,7 @@ impl Cpu {
 
     fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let truth = Truth::new(view, scene.bounds());
-        let mut ids = Vec::new();
-        ids.try_reserve_exact(region.pixels()).map_err(|_| {
-            let bytes = 4 * region.pixels();
-            DrawError::Memory(format!("{bytes} bytes for the ids of {} pixels cannot be had", region.pixels()))
-        })?;
-        let mut drawing = Drawing {
-            region,
-            ids,
-            counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
-            times: Times::default(),
-        };
+        let mut drawing = Drawing::new(scene.len(), region)?;
         let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
         let begun = Instant::now();
         self.order(scene, region.height.div_ceil(rows as u32) as usize);

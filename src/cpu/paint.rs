@@ -1,4 +1,4 @@
-//! Tiles: the nearest sphere so far at every pixel, and what is drawn into them.
+//! From lists to ids, tile by tile: which spheres and groups are drawn into a tile, nearest first, and what is left out as hidden.
 
 use std::{cell::RefCell, marker::PhantomData, mem::MaybeUninit, sync::Mutex};
 

@@ -33,7 +33,7 @@ use crate::{
     exact::decide::{Tally, Truth},
     plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
     project::Projector,
-    render::{Counts, DeviceChoice, DeviceError, DrawError, Drawing, Times},
+    render::{DeviceChoice, DeviceError, DrawError, Drawing},
     scene::Scene,
     shader::Lanes,
 };
@@ -213,17 +213,7 @@ impl Gpu {
 
     fn filter(&mut self, scene: &Scene, view: &View, region: Region, decide: bool) -> Result<Drawing, DrawError> {
         let begin = Instant::now();
-        let mut ids = Vec::new();
-        ids.try_reserve_exact(region.pixels()).map_err(|_| {
-            let bytes = 4 * region.pixels();
-            DrawError::Memory(format!("{bytes} bytes for the ids of {} pixels cannot be had", region.pixels()))
-        })?;
-        let mut drawing = Drawing {
-            region,
-            ids,
-            counts: Counts { spheres: scene.len(), pixels: region.pixels(), ..Counts::default() },
-            times: Times::default(),
-        };
+        let mut drawing = Drawing::new(scene.len(), region)?;
         if scene.is_empty() {
             drawing.ids.resize(region.pixels(), NONE);
             return Ok(drawing);
