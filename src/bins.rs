@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::{
     camera::Region,
     exact::decide::Truth,
+    order::{GROUP, Ordered},
     project::{BATCH, Batch, Projected, Projector, U},
     scene::Scene,
     simd,
@@ -95,6 +96,9 @@ impl Grid {
 
 /// What a tile list holds for a sphere.
 pub trait Item: Copy + Default + Send + Sync {
+    /// Whether [`Lists::nearest`] is filled.
+    const NEAREST: bool = false;
+
     /// For a sphere that begins at depth `nearest`, and its pixels in the tile.
     fn new(sphere: Projected, nearest: f64, index: u32, window: Window) -> Self;
 }
@@ -169,6 +173,8 @@ pub struct Lists<I> {
     pub starts: Vec<u32>,
     /// Spheres, tile by tile, slab by slab.
     pub entries: Vec<I>,
+    /// For each tile the least depth at which an entry begins, for items that ask for it.
+    pub nearest: Vec<f64>,
     /// What was met on the way.
     pub met: Met,
 }
@@ -176,7 +182,7 @@ pub struct Lists<I> {
 /// What a pass over spheres met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Spheres that a pixel's ray may meet in the clip range.
+    /// Spheres that a pixel's ray may meet in the clip range; and all of a group that is hidden as a whole.
     pub on_screen: usize,
     /// Spheres that are in a list, or in several.
     pub listed: usize,
@@ -191,7 +197,7 @@ impl std::ops::AddAssign for Met {
 
 impl<I> Default for Lists<I> {
     fn default() -> Self {
-        Self { starts: Vec::new(), entries: Vec::new(), met: Met::default() }
+        Self { starts: Vec::new(), entries: Vec::new(), nearest: Vec::new(), met: Met::default() }
     }
 }
 
@@ -213,6 +219,8 @@ impl<I> Lists<I> {
 pub struct Binner<'a> {
     /// The spheres.
     pub scene: &'a Scene,
+    /// The same in order: then groups are looked at first, ranges count groups, and indices are places in the order.
+    pub ordered: Option<&'a Ordered>,
     /// The camera.
     pub projector: Projector,
     /// The tiles.
@@ -224,7 +232,12 @@ impl<'a> Binner<'a> {
     pub fn new(scene: &'a Scene, truth: &Truth, region: Region, shift: u32) -> Self {
         let projector = Projector::new(truth, region);
         let grid = Grid::new(scene, &projector, shift);
-        Self { scene, projector, grid }
+        Self { scene, ordered: None, projector, grid }
+    }
+
+    /// Goes by the groups of the same spheres in order.
+    pub fn by_groups(self, ordered: Option<&'a Ordered>) -> Self {
+        Self { ordered, ..self }
     }
 
     /// Pixels that the boxes of what is kept cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch in `step`.
@@ -237,7 +250,7 @@ impl<'a> Binner<'a> {
                 spheres: batch,
                 keep,
                 limit: usize::MAX,
-                emit: |key: usize, _, _, _, [left, right, top, bottom]: Window| {
+                emit: |key: usize, _, _, _, _, [left, right, top, bottom]: Window| {
                     areas[key] += step as u64 * u64::from(right - left + 1) * u64::from(bottom - top + 1);
                     0
                 },
@@ -255,7 +268,7 @@ impl<'a> Binner<'a> {
         keep: &K,
         limit: usize,
         workspace: &'w mut Workspace<I>,
-    ) -> &'w Lists<I> {
+    ) -> &'w mut Lists<I> {
         let keys = self.grid.tiles() * self.grid.slabs as usize;
         let limit = (limit / left.len().max(1)).max(1);
         let Workspace { found, lists } = workspace;
@@ -265,7 +278,13 @@ impl<'a> Binner<'a> {
             found.keys.clear();
             found.counts.clear();
             found.counts.resize(keys, 0);
-            let emit = |key: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+            found.nearest.clear();
+            found.nearest.resize(if I::NEAREST { self.grid.tiles() } else { 0 }, f64::INFINITY);
+            let emit = |key: usize, tile: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+                if I::NEAREST {
+                    let least = &mut found.nearest[tile];
+                    *least = if nearest < *least { nearest } else { *least };
+                }
                 found.counts[key] += 1;
                 found.keys.push(key as u32);
                 found.items.push(I::new(sphere, nearest, index, window));
@@ -275,6 +294,11 @@ impl<'a> Binner<'a> {
         });
         lists.met = Met::default();
         found.iter().for_each(|found| lists.met += found.met);
+        lists.nearest.clear();
+        if I::NEAREST {
+            let least = |tile: usize| found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
+            lists.nearest.extend((0..self.grid.tiles()).map(least));
+        }
         // Where each part's entries of each key go.
         lists.starts.clear();
         lists.starts.reserve(keys + 1);
@@ -311,7 +335,8 @@ impl<'a> Binner<'a> {
 /// Memory for lists, kept from one to the next.
 pub struct Workspace<I> {
     found: Vec<Found<I>>,
-    lists: Lists<I>,
+    /// What was made last.
+    pub lists: Lists<I>,
 }
 
 impl<I> Default for Workspace<I> {
@@ -327,13 +352,15 @@ struct Found<I> {
     keys: Vec<u32>,
     /// How many items a key has.
     counts: Vec<u32>,
+    /// See [`Lists::nearest`].
+    nearest: Vec<f64>,
     /// What was met on the way.
     met: Met,
 }
 
 impl<I> Default for Found<I> {
     fn default() -> Self {
-        Self { items: Vec::new(), keys: Vec::new(), counts: Vec::new(), met: Met::default() }
+        Self { items: Vec::new(), keys: Vec::new(), counts: Vec::new(), nearest: Vec::new(), met: Met::default() }
     }
 }
 
@@ -345,13 +372,21 @@ unsafe impl<I> Sync for Target<I> {}
 
 /// Contiguous parts of some spheres, one a thread; few spheres are one part.
 pub fn split(spheres: Range<usize>) -> Vec<Range<usize>> {
-    const LEAST: usize = 1 << 12;
-    let parts = rayon::current_num_threads().min(spheres.len().div_ceil(LEAST)).max(1);
-    let size = spheres.len().div_ceil(parts).next_multiple_of(BATCH).max(BATCH);
+    split_into(spheres, 1 << 12, BATCH)
+}
+
+/// The same for groups of spheres.
+pub fn split_groups(groups: Range<usize>) -> Vec<Range<usize>> {
+    split_into(groups, (1 << 12) / GROUP, 1)
+}
+
+fn split_into(all: Range<usize>, least: usize, multiple: usize) -> Vec<Range<usize>> {
+    let parts = rayon::current_num_threads().min(all.len().div_ceil(least)).max(1);
+    let size = all.len().div_ceil(parts).next_multiple_of(multiple).max(multiple);
     (0..parts)
         .map(|part| {
-            let start = (spheres.start + part * size).min(spheres.end);
-            start..(start + size).min(spheres.end)
+            let start = (all.start + part * size).min(all.end);
+            start..(start + size).min(all.end)
         })
         .collect()
 }
@@ -365,68 +400,111 @@ struct Visit<'a, K, F> {
     emit: F,
 }
 
-impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> simd::Work for Visit<'_, K, F> {
-    /// The first sphere that was not looked at, and what was met before it.
+impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> simd::Work for Visit<'_, K, F> {
+    /// The first sphere, or group, that was not looked at, and what was met before it.
     type Output = (usize, Met);
 
     #[inline(always)]
     fn run<L: simd::Lanes>(mut self) -> (usize, Met) {
-        let Binner { projector, grid, .. } = self.binner;
-        let last_tile = grid.tiles() as i32 - 1;
+        let Binner { scene, ordered, projector, .. } = self.binner;
         let farthest = self.keep.farthest();
         let mut batch = Batch::default();
         let mut met = Met::default();
-        for (start, block) in self.binner.scene.blocks() {
-            let end = (start + block.len()).min(self.spheres.end);
-            let mut first = start.max(self.spheres.start);
-            while first < end {
-                projector.project_batch(block, first - start, &mut batch);
-                projector.footprints(&mut batch);
-                let len = batch.len.min(end - first);
-                let (mut on_screen, mut behind) = (0u64, 0u64);
-                for k in 0..BATCH {
-                    let inside = (batch.left[k] <= batch.right[k]) & (batch.top[k] <= batch.bottom[k]);
-                    on_screen |= u64::from(inside) << k;
-                    behind |= u64::from(batch.nearest[k] > farthest) << k;
-                }
-                on_screen &= u64::MAX >> (BATCH - len);
-                met.on_screen += on_screen.count_ones() as usize;
-                let mut seen = on_screen & !behind;
-                if seen.count_ones() > 8 {
-                    // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
-                    // tile is made up, and the answer not used.
-                    let (mut tiles, mut several) = ([0; BATCH], 0u64);
-                    for k in 0..BATCH {
-                        let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
-                        let (top, bottom) = (batch.top[k] >> grid.shift, batch.bottom[k] >> grid.shift);
-                        tiles[k] = (top * grid.columns as i32 + left).clamp(0, last_tile);
-                        several |= u64::from((left != right) | (top != bottom)) << k;
+        let Range { start, end } = self.spheres;
+        let Some(ordered) = ordered else {
+            for (before, block) in scene.blocks() {
+                let end = (before + block.len()).min(end);
+                let mut first = before.max(start);
+                while first < end {
+                    projector.project_batch(block, first - before, &mut batch);
+                    let len = batch.len.min(end - first);
+                    let found = self.batch(&mut batch, len, farthest, first, &mut met);
+                    first += len;
+                    if found >= self.limit {
+                        return (first, met);
                     }
-                    let mut gone = 0u64;
-                    for k in 0..BATCH {
-                        gone |= u64::from(outside(batch.nearest[k], self.keep.depths(tiles[k] as usize))) << k;
-                    }
-                    seen &= !gone | several;
                 }
-                let mut found = 0;
-                while seen != 0 {
-                    let k = seen.trailing_zeros() as usize;
-                    seen &= seen - 1;
-                    let before = found;
-                    found = self.place(&batch, k, (first + k) as u32, found);
-                    met.listed += usize::from(found != before);
+            }
+            return (end, met);
+        };
+        let Some((_, groups)) = ordered.groups.blocks().next() else { return (end, met) };
+        let mut around = Batch::default();
+        for some in (start..end).step_by(BATCH) {
+            projector.project_batch(groups, some, &mut around);
+            projector.footprints(&mut around);
+            let mut on_screen = around.on_screen(around.len.min(end - some));
+            while on_screen != 0 {
+                let k = on_screen.trailing_zeros() as usize;
+                on_screen &= on_screen - 1;
+                let [first, next] = [0, 1].map(|more| ordered.starts[some + k + more] as usize);
+                if around.nearest[k] > farthest || self.hides(&around, k) {
+                    met.on_screen += next - first;
+                    continue;
                 }
-                first += len;
+                projector.project_batch(&ordered.block, first, &mut batch);
+                let found = self.batch(&mut batch, next - first, farthest, first, &mut met);
                 if found >= self.limit {
-                    return (first, met);
+                    return (some + k + 1, met);
                 }
             }
         }
-        (self.spheres.end, met)
+        (end, met)
     }
 }
 
-impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> Visit<'_, K, F> {
+impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visit<'_, K, F> {
+    /// The first spheres of a batch that is projected; they are numbered from `first` on. Answers with what `emit` said last.
+    #[inline(always)]
+    fn batch(&mut self, batch: &mut Batch, len: usize, farthest: f64, first: usize, met: &mut Met) -> usize {
+        let Binner { projector, grid, .. } = self.binner;
+        projector.footprints(batch);
+        let last_tile = grid.tiles() as i32 - 1;
+        let on_screen = batch.on_screen(len);
+        met.on_screen += on_screen.count_ones() as usize;
+        let mut behind = 0u64;
+        for k in 0..BATCH {
+            behind |= u64::from(batch.nearest[k] > farthest) << k;
+        }
+        let mut seen = on_screen & !behind;
+        if seen.count_ones() > 8 {
+            // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
+            // tile is made up, and the answer not used.
+            let (mut tiles, mut several) = ([0; BATCH], 0u64);
+            for k in 0..BATCH {
+                let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
+                let (top, bottom) = (batch.top[k] >> grid.shift, batch.bottom[k] >> grid.shift);
+                tiles[k] = (top * grid.columns as i32 + left).clamp(0, last_tile);
+                several |= u64::from((left != right) | (top != bottom)) << k;
+            }
+            let mut gone = 0u64;
+            for k in 0..BATCH {
+                gone |= u64::from(outside(batch.nearest[k], self.keep.depths(tiles[k] as usize))) << k;
+            }
+            seen &= !gone | several;
+        }
+        let mut found = 0;
+        while seen != 0 {
+            let k = seen.trailing_zeros() as usize;
+            seen &= seen - 1;
+            let before = found;
+            found = self.place(batch, k, (first + k) as u32, found);
+            met.listed += usize::from(found != before);
+        }
+        found
+    }
+
+    /// Whether nothing that a sphere of a batch holds is kept, as it all begins too far away.
+    #[inline(always)]
+    fn hides(&self, batch: &Batch, k: usize) -> bool {
+        let grid = &self.binner.grid;
+        let tiles = |first: i32, last: i32| (first >> grid.shift) as usize..=(last >> grid.shift) as usize;
+        let mut rows = tiles(batch.top[k], batch.bottom[k]);
+        rows.all(|row| {
+            let mut columns = tiles(batch.left[k], batch.right[k]);
+            columns.all(|column| batch.nearest[k] > self.keep.depths(row * grid.columns as usize + column)[1])
+        })
+    }
+
     #[inline(always)]
     fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> usize {
         let grid = &self.binner.grid;
@@ -439,7 +517,7 @@ impl<K: Keep, F: FnMut(usize, Projected, f64, u32, Window) -> usize> Visit<'_, K
             let tile = row as usize * grid.columns as usize + column as usize;
             if !outside(nearest, self.keep.depths(tile)) && self.keep.keep(tile, nearest, window) {
                 let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
-                found = (self.emit)(key, batch.sphere(k), nearest, index, window);
+                found = (self.emit)(key, tile, batch.sphere(k), nearest, index, window);
             }
         };
         if left_tile == right_tile && top_tile == bottom_tile {

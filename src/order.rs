@@ -10,6 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
+    memory,
     project::BATCH,
     scene::{Block, Colors, Radii, Reals, Scene},
 };
@@ -34,17 +35,19 @@ pub struct Ordered {
 }
 
 impl Ordered {
-    /// Of a scene; none where exponents are so extreme that squares of f64 could leave their range.
+    /// Of a scene, in groups as tight as may be. None where exponents are so extreme that squares of f64 could leave their range, or
+    /// memory is short: without it everything works, slower.
     pub fn new(scene: &Scene) -> Option<Self> {
-        let bounds = scene.bounds();
-        let limit = f64::from(RANGE).exp2();
-        let far = bounds.max_center.abs().max(bounds.min_center.abs()).max_element();
-        let usable = far < limit && bounds.max_radius < limit && bounds.min_radius > 1.0 / limit;
-        if !usable || scene.is_empty() {
-            return None;
-        }
-        let (indices, starts) = arranged(scene);
+        usable(scene).then(|| Self::of(scene, arranged(scene)))
+    }
 
+    /// The same, several times sooner made, with looser groups; and each of some consecutive parts of the scene is in order for itself.
+    pub fn coarse(scene: &Scene, parts: &[Range<usize>]) -> Option<Self> {
+        usable(scene).then(|| Self::of(scene, along_a_curve(scene, parts)))
+    }
+
+    fn of(scene: &Scene, (indices, starts): (Vec<u32>, Vec<u32>)) -> Self {
+        let bounds = scene.bounds();
         let blocks = || scene.blocks().map(|(_, block)| block).filter(|block| !block.is_empty());
         let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
         let centers = if single {
@@ -69,12 +72,13 @@ impl Ordered {
             radii: Radii::Each(Reals::F64(reaches.into())),
             colors: Colors::Same([0; 3]),
         }]);
-        Some(Self {
-            block,
-            indices,
-            starts,
-            groups: groups.expect("finite and positive, as the exponents are not extreme"),
-        })
+        Self { block, indices, starts, groups: groups.expect("finite and positive, as the exponents are not extreme") }
+    }
+
+    /// The groups of some consecutive spheres, which begin and end with groups.
+    pub fn groups_of(&self, spheres: Range<usize>) -> Range<usize> {
+        let group = |first: usize| self.starts.partition_point(|&start| (start as usize) < first);
+        group(spheres.start)..group(spheres.end)
     }
 
     /// The index of the only sphere of a group; none if there are several.
@@ -82,6 +86,15 @@ impl Ordered {
         let [first, end] = [0, 1].map(|k| self.starts[group as usize + k]);
         (end - first == 1).then(|| self.indices[first as usize])
     }
+}
+
+/// Whether no square of a distance leaves the range of f64, and memory is not short.
+fn usable(scene: &Scene) -> bool {
+    let bounds = scene.bounds();
+    let limit = f64::from(RANGE).exp2();
+    let far = bounds.max_center.abs().max(bounds.min_center.abs()).max_element();
+    let fits = memory::available().is_none_or(|bytes| bytes / 2 > scene.len() as u64 * BYTES);
+    far < limit && bounds.max_radius < limit && bounds.min_radius > 1.0 / limit && !scene.is_empty() && fits
 }
 
 fn center(scene: &Scene, index: u32) -> DVec3 {
@@ -141,13 +154,64 @@ impl Item {
     }
 }
 
+/// Of spheres in a scene: their class of size. Large spheres have groups of their own: those of small ones they would blow up.
+fn class(greatest: f64, radius: f64) -> u32 {
+    let exponent = |value: f64| (value.to_bits() >> 52) as u32;
+    ((exponent(greatest) - exponent(radius)) / 3).min((1 << CLASSES) - 1)
+}
+
+/// Turns counts into where each begins, from `first` on. Returns where the last ends.
+fn add_up(counts: &mut [u32], first: u32) -> u32 {
+    counts.iter_mut().fold(first, |total, count| total + std::mem::replace(count, total))
+}
+
+/// Indices along a Morton curve through the cells of a grid, the order of the scene inside of each; and where groups begin.
+fn along_a_curve(scene: &Scene, parts: &[Range<usize>]) -> (Vec<u32>, Vec<u32>) {
+    // About 32 spheres to a cell, at most 2^18 cells.
+    let bits = ((scene.len() / 32).max(1).ilog2() / 3).clamp(1, 6);
+    let cells = 1usize << (3 * bits);
+    let bounds = scene.bounds();
+    let per_length = f64::from(1 << bits) / (bounds.max_center - bounds.min_center);
+    // The bits of a coordinate with two zeros between each.
+    let spread = |c: u32| (0..bits).map(|k| (c >> k & 1) << (3 * k)).sum::<u32>();
+    let spread: Vec<u32> = (0..1 << bits).map(spread).collect();
+    let mut indices = vec![0; scene.len()];
+    let mut starts = Vec::with_capacity(scene.len() / GROUP + (parts.len() << CLASSES) + 1);
+    for part in parts {
+        let keys: Vec<u32> = part
+            .clone()
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(|index| {
+                // A cast of what is NaN, on an axis without extent, gives 0.
+                let (block, at) = scene.locate(index);
+                let cell = (block.center(at) - bounds.min_center) * per_length;
+                let [x, y, z] = cell.to_array().map(|c| spread[(c as usize).min(spread.len() - 1)]);
+                class(bounds.max_radius, block.radius(at)) << (3 * bits) | x | y << 1 | z << 2
+            })
+            .collect();
+        let mut next = vec![0; cells << CLASSES];
+        keys.iter().for_each(|&key| next[key as usize] += 1);
+        let end = add_up(&mut next, part.start as u32);
+        for class in 0..1 << CLASSES {
+            let after = next.get((class + 1) * cells).copied().unwrap_or(end);
+            starts.extend((next[class * cells]..after).step_by(GROUP));
+        }
+        for (index, key) in part.clone().zip(keys) {
+            let place = &mut next[key as usize];
+            indices[*place as usize] = index as u32;
+            *place += 1;
+        }
+    }
+    starts.push(scene.len() as u32);
+    (indices, starts)
+}
+
 /// Indices such that those of a group lie close together, and where groups begin. First by cells, as this is soon done, and inside of
-/// each by halves of halves across the longest side. Large spheres have groups of their own: those of small ones they would blow up.
+/// each by halves of halves across the longest side.
 fn arranged(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
     let bounds = scene.bounds();
     let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
-    let exponent = |value: f64| (value.to_bits() >> 52) as u32;
-    let greatest = exponent(bounds.max_radius);
     let items: Vec<Item> = (0..scene.len() as u32)
         .into_par_iter()
         .with_min_len(1 << 12)
@@ -155,8 +219,7 @@ fn arranged(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
             // A cast of what is NaN, where the box is a point, gives 0.
             let (block, k) = scene.locate(index as usize);
             let mut at = ((block.center(k) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
-            let class = ((greatest - exponent(block.radius(k))) / 3).min((1 << CLASSES) - 1);
-            at[0] = at[0] & !((1 << CLASSES) - 1) | class;
+            at[0] = at[0] & !((1 << CLASSES) - 1) | class(bounds.max_radius, block.radius(k));
             Item { at, index }
         })
         .collect();
@@ -164,13 +227,10 @@ fn arranged(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
     let bits = (scene.len() >> 10).max(1).ilog2() / 3;
     let mut ends = vec![0u32; 1 << (CLASSES + 3 * bits)];
     items.iter().for_each(|item| ends[item.cell(bits)] += 1);
+    let total = add_up(&mut ends, 0);
     let mut starts = Vec::with_capacity(scene.len() / GROUP + ends.len());
-    let mut total = 0;
-    for end in &mut ends {
-        let next = total + *end;
-        starts.extend((total..next).step_by(GROUP));
-        *end = std::mem::replace(&mut total, next);
-    }
+    let nexts = ends[1..].iter().copied().chain([total]);
+    ends.iter().zip(nexts).for_each(|(&start, next)| starts.extend((start..next).step_by(GROUP)));
     starts.push(total);
     let mut by_cell = vec![Item::default(); items.len()];
     for item in items {
@@ -225,22 +285,37 @@ mod tests {
         let heap = spheres(20_000, |x, y, z| DVec3::new(x, y, z) * if x < 4e-4 { 1e9 } else { 1.0 });
         let point = spheres(500, |_, _, _| DVec3::ONE);
         for (scene, close) in [(&cube, 0.5), (&heap, 0.5), (&point, 1e-9)] {
-            let ordered = Ordered::new(scene).unwrap();
-            let mut seen = ordered.indices.clone();
-            seen.sort_unstable();
-            assert!(seen.iter().copied().eq(0..scene.len() as u32), "a permutation");
-            let mut loose = 0;
-            assert_eq!(ordered.starts.len(), ordered.groups.len() + 1);
-            assert!(ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0]))));
-            for (place, &index) in ordered.indices.iter().enumerate() {
-                let sphere = scene.sphere(index as usize);
-                assert_eq!((ordered.block.center(place), ordered.block.radius(place)), (sphere.center, sphere.radius));
-                let group = ordered.groups.sphere(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
-                assert!(group.center.distance(sphere.center) + sphere.radius <= group.radius);
-                loose += usize::from(sphere.radius < 1.0 && group.radius > close + 2e-3);
-            }
-            assert!(loose < scene.len() / 20, "{loose} small spheres in large groups");
+            assert!(loose(scene, &Ordered::new(scene).unwrap(), close) < scene.len() / 20);
         }
+        // A few groups of a curve leap.
+        let parts = [0..7, 7..7, 7..9000, 9000..20_000];
+        let ordered = Ordered::coarse(&cube, &parts).unwrap();
+        assert!(loose(&cube, &ordered, 0.5) < cube.len() / 5);
+        for part in parts {
+            assert!(ordered.indices[part.clone()].iter().all(|&index| part.contains(&(index as usize))));
+            let groups = ordered.groups_of(part.clone());
+            assert_eq!([groups.start, groups.end].map(|group| ordered.starts[group] as usize), [part.start, part.end]);
+        }
+        loose(&heap, &Ordered::coarse(&heap, &[0..20_000]).unwrap(), 0.5);
+        loose(&point, &Ordered::coarse(&point, &[0..500]).unwrap(), 1e-9);
+    }
+
+    /// How many small spheres lie in groups that are not `close`; fails where an order is none.
+    fn loose(scene: &Scene, ordered: &Ordered, close: f64) -> usize {
+        let mut seen = ordered.indices.clone();
+        seen.sort_unstable();
+        assert!(seen.iter().copied().eq(0..scene.len() as u32), "a permutation");
+        let mut loose = 0;
+        assert_eq!(ordered.starts.len(), ordered.groups.len() + 1);
+        assert!(ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0]))));
+        for (place, &index) in ordered.indices.iter().enumerate() {
+            let sphere = scene.sphere(index as usize);
+            assert_eq!((ordered.block.center(place), ordered.block.radius(place)), (sphere.center, sphere.radius));
+            let group = ordered.groups.sphere(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
+            assert!(group.center.distance(sphere.center) + sphere.radius <= group.radius);
+            loose += usize::from(sphere.radius < 1.0 && group.radius > close + 2e-3);
+        }
+        loose
     }
 
     #[test]

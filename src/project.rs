@@ -142,6 +142,17 @@ impl Batch {
     pub fn sphere(&self, k: usize) -> Projected {
         Projected { x: self.x[k], y: self.y[k], z: self.z[k], r: self.r[k] }
     }
+
+    /// A bit for each of the first `len` that may be seen at a pixel.
+    #[inline(always)]
+    pub fn on_screen(&self, len: usize) -> u64 {
+        let mut on_screen = 0u64;
+        for k in 0..BATCH {
+            let inside = (self.left[k] <= self.right[k]) & (self.top[k] <= self.bottom[k]);
+            on_screen |= u64::from(inside) << k;
+        }
+        if len < BATCH { on_screen & ((1 << len) - 1) } else { on_screen }
+    }
 }
 
 /// The greater; of NaN and a number, the number.

@@ -6,6 +6,8 @@
 //!
 //! The bounds are derived in [`crate::filter`]. Which spheres come, and in which order, is the devices' matter.
 
+use std::marker::PhantomData;
+
 use crate::{
     camera::Projection,
     cover::BLOCK,
@@ -14,7 +16,7 @@ use crate::{
     plan::NONE,
     project::{Projected, Projector},
     scene::Scene,
-    simd::{self, LANES, Lanes},
+    simd::{self, LANES, Lanes, Number, Plain},
 };
 
 /// In the place of a holder: not a pixel to draw.
@@ -136,15 +138,67 @@ impl<const SIDE: usize> Default for Tile<SIDE> {
     }
 }
 
-/// What the bounds leave open of eight pixels.
-struct Doubt {
-    /// A bit for each pixel to be decided.
-    undecided: u8,
-    /// For each that is certainly hit.
-    sure: u8,
-    /// Bounds of the depths of certain hits.
-    leasts: [f64; LANES],
-    mosts: [f64; LANES],
+/// What certainly loses or wins against what is held: the bounds of one sphere, ready for vectors.
+struct Test<L> {
+    /// `W`; none of what is vague, which is never in front for certain.
+    known: f64,
+    /// How much nearer than `before` below an upper end is; the tenth covers the roundings of the differences and the square, 2.5 u of the
+    /// depth: see [`crate::filter`] for what `W` is at least.
+    between: f64,
+    /// `-E`.
+    miss: L,
+    /// For hits that are not solid, `rim` stands for root and `W`: its square.
+    rim: L,
+    /// Hits with a greater `q` are solid.
+    solid: L,
+    /// How much is allowed for the bounds of what is held, and `between`.
+    slack: L,
+}
+
+impl<L: Lanes> Test<L> {
+    /// Nothing is allowed yet; what has `shared` bounds is not vague.
+    #[inline(always)]
+    fn new(&Margins { doubt, solid, width, rim }: &Margins, shared: bool) -> Self {
+        let vague = !shared && solid == f64::INFINITY;
+        let known = if vague { 0.0 } else { width };
+        Self {
+            known,
+            between: 2.1 * known,
+            miss: L::splat(-doubt),
+            rim: L::splat(rim * rim),
+            solid: L::splat(if vague { f64::INFINITY } else { rim * rim }),
+            slack: L::splat(0.0),
+        }
+    }
+
+    /// Nothing that is held is nearer than its upper end by more than this.
+    #[inline(always)]
+    fn allow(&mut self, slack: f64) {
+        self.slack = L::splat(slack + self.between);
+    }
+
+    /// A row with which `b` is less by `1.1 W`, and one with which it is more by `W`, so that `b - sqrt q` is an upper end.
+    #[inline(always)]
+    fn lines<const PERSPECTIVE: bool>(&self, sphere: &Projected, sy: f64) -> [Row; 2] {
+        let line = Row::new::<PERSPECTIVE>(sphere, sy);
+        [line.lifted(self.known - self.between), line.lifted(self.known)]
+    }
+
+    /// Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root. `above` is
+    /// `b - 1.1 W - high`. Also answers with what to take the root of.
+    #[inline(always)]
+    fn loses(&self, q: L, above: L) -> (u8, L) {
+        let (ahead, square) = (above.max(L::splat(0.0)), self.rim.max(q));
+        (q.less(self.miss) | square.less(ahead.mul(ahead)), square)
+    }
+
+    /// In front for certain: `b - sqrt q + W < high - slack`. What is NaN is in doubt, and so is what is hardly solid, whose root is not told
+    /// here. Also answers with what is surely hit.
+    #[inline(always)]
+    fn wins(&self, q: L, above: L, root: L) -> (u8, u8) {
+        let sure = self.solid.less(q);
+        (sure & above.add(self.slack).less(root), sure)
+    }
 }
 
 impl<const SIDE: usize> Tile<SIDE> {
@@ -253,15 +307,36 @@ impl<const SIDE: usize> Tile<SIDE> {
         down: impl Iterator<Item = usize>,
     ) {
         let (index, screen) = (index as i32, &place.projector.screen);
-        let own = || if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, *screen) } else { PLAIN };
         if cut {
-            self.clipped::<PERSPECTIVE, M>(place, index, sphere, &own(), across, down);
+            self.clipped::<PERSPECTIVE, M>(place, index, sphere, across, down);
         } else if !M::BOUNDS || sphere.r >= screen.plain {
             let margins = if M::BOUNDS { Margins::shared(sphere.r, screen) } else { PLAIN };
             self.whole::<L, PERSPECTIVE, true, M>(place, index, sphere, &margins, across, down);
         } else {
-            self.whole::<L, PERSPECTIVE, false, M>(place, index, sphere, &own(), across, down);
+            self.unlike::<PERSPECTIVE, M>(place, index, sphere, across, down);
         }
+    }
+
+    /// A sphere that does not share its bounds; apart, so that what most spheres need is compiled well.
+    #[cold]
+    #[inline(never)]
+    fn unlike<const PERSPECTIVE: bool, M: Mode>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        index: i32,
+        sphere: &Projected,
+        across: [usize; 2],
+        down: impl Iterator<Item = usize>,
+    ) {
+        simd::dispatch(Unlike::<SIDE, PERSPECTIVE, M, _> {
+            tile: self,
+            place,
+            index,
+            sphere,
+            across,
+            down,
+            mode: PhantomData,
+        });
     }
 
     /// A sphere that no plane can cut: the near root, in vector form. Nearly all have `SHARED` bounds, and a loop without what the others need.
@@ -271,111 +346,110 @@ impl<const SIDE: usize> Tile<SIDE> {
         place: &Place<'_, SIDE>,
         index: i32,
         sphere: &Projected,
-        &Margins { doubt, solid, width, rim }: &Margins,
+        margins: &Margins,
         [left, right]: [usize; 2],
         down: impl Iterator<Item = usize>,
     ) {
-        // What is vague is never in front for certain, and has no width.
-        let vague = !SHARED && solid == f64::INFINITY;
-        let (known, sure_from) = if vague { (0.0, f64::INFINITY) } else { (width, rim * rim) };
+        let mut test = Test::<L>::new(margins, SHARED);
         if !SHARED {
-            self.widen(2.0 * known);
+            self.widen(2.0 * test.known);
         }
-        // How much nearer than `before` below an upper end is; the tenth covers the roundings of the differences and the square,
-        // 2.5 u of the depth: see [`crate::filter`] for what `W` is at least.
-        let between = 2.1 * known;
+        test.allow(self.slack);
         // A holder that turned out to be the same sphere.
         let mut twin: Option<i32> = None;
-        let zero = L::splat(0.0);
-        let mut slack = L::splat(self.slack + between);
+        // Apart from what is passed on, so that it can stay in registers.
+        let s = *sphere;
         for row in down {
-            let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
-            let (before, after) = (line.lifted(known - between), line.lifted(known));
-            for vector in left / LANES..right / LANES + 1 {
+            let [before, after] = test.lines::<PERSPECTIVE>(&s, place.rows[row]);
+            for vector in left / LANES..(right / LANES + 1).min(SIDE / LANES) {
                 let first = vector * LANES;
                 let sx = L::load(&place.columns[first..]);
                 let high = L::load(&self.high[row][first..]);
                 let (q, b) = before.meet::<L, PERSPECTIVE>(sx);
-                // `b - 1.1 W - high`.
                 let above = b.sub(high);
-                // Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root.
-                // For hits that are not solid, `rim` stands for root and `W`.
-                let (ahead, square) = (above.max(zero), L::splat(rim * rim).max(q));
-                let lose = q.less(L::splat(-doubt)) | square.less(ahead.mul(ahead));
+                let (lose, square) = test.loses(q, above);
                 if lose == u8::MAX {
                     continue;
                 }
                 let root = square.sqrt();
-                // What is NaN is in doubt, and so is what is hardly solid, whose root is not told here. In front for certain:
-                // `b - sqrt q + W < high - slack`.
-                let sure = L::splat(sure_from).less(q);
-                let win = sure & above.add(slack).less(root);
-                if win != 0 {
-                    let depth = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
-                    L::select(win, depth, high).store(&mut self.high[row][first..]);
-                    L::mark(win, index, &mut self.id[row][first..]);
-                    self.touch(first, row);
-                }
-                let undecided = !(win | lose);
-                if !M::BOUNDS || undecided == 0 {
+                let (win, _) = test.wins(q, above, root);
+                if if M::BOUNDS { win | lose != u8::MAX } else { win == 0 } {
+                    if M::BOUNDS {
+                        twin = self.decide::<PERSPECTIVE, M>(place, index, sphere, [first, row], twin);
+                        test.allow(self.slack);
+                    }
                     continue;
                 }
-                let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
-                line.meet::<L, PERSPECTIVE>(sx).1.sub(root).sub(L::splat(width)).store(&mut leasts);
-                after.meet::<L, PERSPECTIVE>(sx).1.sub(root).store(&mut mosts);
-                let doubt = Doubt { undecided, sure, leasts, mosts };
-                self.decide::<M>(place, index, [first, row], &doubt, &mut twin);
-                slack = L::splat(self.slack + between);
+                let depth = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
+                L::select(win, depth, high).store(&mut self.high[row][first..]);
+                L::mark(win, index, &mut self.id[row][first..]);
+                self.touch(first, row);
             }
         }
     }
 
-    /// Decides between a sphere and the holders of some of eight pixels.
+    /// A sphere at eight pixels at some of which it neither wins nor loses for certain: there it is decided. Takes and answers with a
+    /// holder that turned out to be the same sphere.
     #[cold]
     #[inline(never)]
-    fn decide<M: Mode>(
+    fn decide<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
         index: i32,
+        sphere: &Projected,
         [first, row]: [usize; 2],
-        &Doubt { mut undecided, sure, leasts, mosts }: &Doubt,
-        twin: &mut Option<i32>,
-    ) {
-        while undecided != 0 {
-            let k = undecided.trailing_zeros() as usize;
-            undecided &= undecided - 1;
-            let (at, sure) = ([first + k, row], sure >> k & 1 == 1);
-            if let Some(twin) = *twin
-                && self.id[row][first + k] == twin
-            {
+        mut twin: Option<i32>,
+    ) -> Option<i32> {
+        // The same once more, which costs nothing where it is needed seldom.
+        let margins = Margins::new::<PERSPECTIVE>(sphere, place.projector.screen);
+        let mut test = Test::<Plain>::new(&margins, false);
+        test.allow(self.slack);
+        let [before, after] = test.lines::<PERSPECTIVE>(sphere, place.rows[row]);
+        let (sx, high) = (Plain::load(&place.columns[first..]), Plain::load(&self.high[row][first..]));
+        let (q, b) = before.meet::<Plain, PERSPECTIVE>(sx);
+        let above = b.sub(high);
+        let (lose, square) = test.loses(q, above);
+        let root = square.sqrt();
+        let (win, sure) = test.wins(q, above, root);
+        let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
+        let middle = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
+        middle.meet::<Plain, PERSPECTIVE>(sx).1.sub(root).sub(Plain::splat(margins.width)).store(&mut leasts);
+        after.meet::<Plain, PERSPECTIVE>(sx).1.sub(root).store(&mut mosts);
+        for k in (0..LANES).filter(|k| lose >> k & 1 == 0) {
+            let (at, holder, sure) = ([first + k, row], self.id[row][first + k], sure >> k & 1 == 1);
+            if win >> k & 1 == 1 {
+                (self.high[row][first + k], self.id[row][first + k]) = (mosts[k], index);
+                self.touch(first + k, row);
+            } else if twin == Some(holder) {
                 // Known to be the same sphere, under another index.
-                self.id[row][first + k] = twin.min(index);
+                self.id[row][first + k] = holder.min(index);
             } else if M::DECIDES {
-                let depth = sure.then_some([leasts[k], mosts[k]]);
-                *twin = self.settle(place, index, at, depth).or(*twin);
+                twin = self.settle(place, index, at, sure.then_some([leasts[k], mosts[k]])).or(twin);
             } else {
                 self.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
             }
         }
+        twin
     }
 
     /// A sphere that a plane may cut: either root, pixel by pixel.
-    #[inline(always)]
+    #[cold]
+    #[inline(never)]
     fn clipped<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
         index: i32,
         sphere: &Projected,
-        margins: &Margins,
         [left, right]: [usize; 2],
         down: impl Iterator<Item = usize>,
     ) {
+        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, place.projector.screen) } else { PLAIN };
         let planes = [place.projector.near, place.projector.far];
         for row in down {
             let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
             for column in left..=right {
                 let (at, high) = ([column, row], self.high[row][column]);
-                match line.look::<PERSPECTIVE>(margins, planes, high, place.columns[column]) {
+                match line.look::<PERSPECTIVE>(&margins, planes, high, place.columns[column]) {
                     Look::Gone => {}
                     Look::Seen(depth) if depth[1] < high - self.slack => self.hold(index, at, depth),
                     _ if !M::BOUNDS => {}
@@ -440,5 +514,29 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
         self.hold(index, [column, row], depth.unwrap_or_else(|| pixel.interval(&hit)));
         None
+    }
+}
+
+/// A sphere that does not share its bounds, and where it is drawn.
+struct Unlike<'a, const SIDE: usize, const PERSPECTIVE: bool, M, D> {
+    tile: &'a mut Tile<SIDE>,
+    place: &'a Place<'a, SIDE>,
+    index: i32,
+    sphere: &'a Projected,
+    across: [usize; 2],
+    down: D,
+    mode: PhantomData<M>,
+}
+
+impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usize>> simd::Work
+    for Unlike<'_, SIDE, PERSPECTIVE, M, D>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { tile, place, index, sphere, across, down, .. } = self;
+        let margins = Margins::new::<PERSPECTIVE>(sphere, place.projector.screen);
+        tile.whole::<L, PERSPECTIVE, false, M>(place, index, sphere, &margins, across, down);
     }
 }

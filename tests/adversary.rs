@@ -38,7 +38,6 @@ use planisphere::{
     gpu::{
         Gpu,
         lists::{Spheres, Wave},
-        order::Order,
     },
     plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, NONE, Segment, TILE, TILE_PIXELS, UNDECIDED},
     render::DeviceChoice,
@@ -61,8 +60,7 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     let mut wave = Wave::default();
     let mut all = [Range { start: 0, end: scene.len() }];
     // Places are indices.
-    let order = Order::default();
-    let spheres = Spheres { scene, truth: &truth, order: &order };
+    let spheres = Spheres { scene, truth: &truth, ordered: None };
     wave.collect(spheres, region, &mut all, usize::MAX, &KeepAll);
     assert!(all[0].is_empty());
     let mut band = Band::new(region);
@@ -127,7 +125,7 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
             false => s.tile | if s.fresh { FRESH } else { 0 },
         };
         let tiles = table(&pass.segments, &slot);
-        dispatch(pass.clipped, disorder, &wave.entries[pass.window.clone()], &pass.segments, &tiles);
+        dispatch(pass.clipped, disorder, &wave.lists().entries[pass.window.clone()], &pass.segments, &tiles);
     }
     if !single {
         let met: Vec<Segment> =

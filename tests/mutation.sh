@@ -91,7 +91,7 @@ more 'rim of vague spheres / 8' $f 'let rim = spread.sqrt() * s.r + MIDDLE' 'let
 more 'bound of a plane / 8' $f 'pub const PLANE: f64 = 10.0 * U;' 'pub const PLANE: f64 = 10.0 / 8.0 * U;' '' --test bounds depths_of_the_screen
 more 'bound of y / a, over 8' $f 'pub const BACK: f64 = 10.0 * U;' 'pub const BACK: f64 = 10.0 / 8.0 * U;' '' --test bounds depths_of_the_screen
 more 'E without underflow' $f 'spread * (DOUBT * s.r * delta + FLOOR)' 'spread * (DOUBT * s.r * delta)' '' --test bounds underflow
-more 'far root not seen' $f '} else if first + width < near[0] && inside(second) {' '} else if first + width < near[0] && second < near[0] {' 'inside' --test exactness cpu::every_pixel
+more 'gone with the near root' $f '|| (outside(first) && outside(second))' '|| outside(first)' 'inside' --test exactness cpu::every_pixel
 more 'near root for far' $f '            second
         } else {' '            first
         } else {' 'inside' --test exactness cpu::every_pixel

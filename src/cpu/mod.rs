@@ -17,8 +17,7 @@ use crate::{
     camera::{Region, View},
     cover::{BLOCK, Cover},
     exact::decide::Truth,
-    memory,
-    order::{self, GROUP, Ordered},
+    order::{GROUP, Ordered},
     plan::UNDECIDED,
     render::{DrawError, Drawing},
     scene::Scene,
@@ -90,9 +89,7 @@ impl Cpu {
         }
         let again = before >= if scene.len() < LONG { 1 } else { PATIENCE };
         if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > BANDS) {
-            // Without it everything works, slower; it must not be what exhausts the memory.
-            let fits = memory::available().is_none_or(|bytes| bytes / 2 > scene.len() as u64 * order::BYTES);
-            self.ordered = Some(if fits { Ordered::new(scene) } else { None });
+            self.ordered = Some(Ordered::new(scene));
         }
     }
 

@@ -212,7 +212,8 @@ impl tile::Work for Paint<'_> {
 
     #[inline(always)]
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) {
-        let Among { spheres: Spheres { scene, truth, order }, projector, wave } = self.among;
+        let Among { spheres, projector, wave } = self.among;
+        let Spheres { scene, truth, .. } = spheres;
         let Open { tile, corner, window: [open_columns, open_rows], ref mut state, ref mut farthest } = *self.open;
         let [x, y] = corner.map(|at| at as usize);
         let place = Place::new(scene, truth, projector, [x, y]);
@@ -232,7 +233,7 @@ impl tile::Work for Paint<'_> {
         let mut count = 0;
         for places in wave.tile(tile as usize).chunks(LANES) {
             for (k, &place) in places.iter().enumerate() {
-                batch.index[k] = order.index(place);
+                batch.index[k] = spheres.index(place);
                 let (block, at) = scene.locate(batch.index[k] as usize);
                 batch.ball[k] = Ball { center: block.center(at), radius: block.radius(at) };
             }

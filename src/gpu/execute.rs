@@ -4,7 +4,11 @@ use std::{collections::HashMap, time::Duration};
 
 use rayon::prelude::*;
 
-use super::{Chunk, lists::Wave, memory::Growing, order::Order};
+use super::{
+    Chunk,
+    lists::{Spheres, Wave},
+    memory::Growing,
+};
 use crate::{
     camera::Region,
     plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
@@ -84,11 +88,12 @@ impl Executor {
         };
         self.reserve(pixels, slots.is_none());
         // The host's own bound of where a sphere begins is far below `delta_depth`.
-        let disorder = eye.steps(wave.lists().disorder) + 4.0 * eye.frame.delta_depth;
+        let lists = wave.lists();
+        let disorder = eye.steps(lists.disorder) + 4.0 * eye.frame.delta_depth;
         let mut present = None;
         for pass in passes {
             if present.as_ref() != Some(&pass.window) {
-                self.entries.write(&self.device, &self.queue, &wave.entries[pass.window.clone()]);
+                self.entries.write(&self.device, &self.queue, &lists.entries[pass.window.clone()]);
                 present = Some(pass.window.clone());
             }
             let first = slots.as_ref().map(|slots| slots.len() as u32);
@@ -290,7 +295,7 @@ pub fn fill(
     slots: &[u32],
     backgrounds: &[i32],
     found: &[i32],
-    order: &Order,
+    spheres: Spheres<'_>,
 ) -> Vec<u32> {
     let width = region.width as usize;
     ids.par_chunks_mut(width * TILE as usize)
@@ -312,7 +317,7 @@ pub fn fill(
                             let at = slot as usize * TILE_PIXELS + row * TILE as usize;
                             for (id, &place) in ids.iter_mut().zip(&found[at..]) {
                                 any |= place == UNDECIDED;
-                                *id = if place < 0 { place } else { order.index(place as u32) as i32 };
+                                *id = if place < 0 { place } else { spheres.index(place as u32) as i32 };
                             }
                         }
                     }

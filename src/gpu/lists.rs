@@ -2,30 +2,23 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
-use super::order::Order;
 use crate::{
-    bins::{Binner, Item, Keep, Met, Window, Workspace, towards_eye},
+    bins::{self, Binner, Item, Keep, Met, Window, Workspace, split, split_groups},
     camera::Region,
     exact::decide::Truth,
+    order::Ordered,
     plan::{Lists, TILE},
     project::{Projected, Projector},
     scene::Scene,
 };
 
-/// An index, and where the sphere begins.
-#[derive(Clone, Copy, Debug, Default)]
-struct Index {
-    index: u32,
-    /// In view lengths, rounded towards the eye.
-    nearest: f32,
-}
+/// The place of a sphere on the device.
+impl Item for u32 {
+    const NEAREST: bool = true;
 
-impl Item for Index {
     #[inline(always)]
-    fn new(_: Projected, nearest: f64, index: u32, _: Window) -> Self {
-        Self { index, nearest: towards_eye(nearest) }
+    fn new(_: Projected, _: f64, index: u32, _: Window) -> Self {
+        index
     }
 }
 
@@ -51,29 +44,39 @@ pub struct Spheres<'a> {
     pub scene: &'a Scene,
     /// What decides about them in this view.
     pub truth: &'a Truth,
-    /// Where they lie on the device.
-    pub order: &'a Order,
+    /// Their order on the device; that of the scene if there is none.
+    pub ordered: Option<&'a Ordered>,
+}
+
+impl Spheres<'_> {
+    /// Index in the scene of what lies at a place.
+    #[inline(always)]
+    pub fn index(&self, place: u32) -> u32 {
+        self.ordered.map_or(place, |ordered| ordered.indices[place as usize])
+    }
+
+    /// What [`Wave::collect`] takes of some places, one part a thread: groups if there are any, else spheres.
+    pub fn split(&self, places: Range<usize>) -> Vec<Range<usize>> {
+        match self.ordered {
+            Some(ordered) => split_groups(ordered.groups_of(places)),
+            None => split(places),
+        }
+    }
 }
 
 /// The lists of one wave, in memory that is used again.
 #[derive(Default)]
 pub struct Wave {
-    workspace: Workspace<Index>,
+    workspace: Workspace<u32>,
     columns: u32,
     rows: u32,
     starts: Vec<u32>,
-    /// Places on the device.
-    pub entries: Vec<u32>,
-    /// World units.
-    nearest: Vec<f64>,
     disorder: f64,
-    /// What was met on the way.
-    pub met: Met,
 }
 
 impl Wave {
-    /// Lists for the tiles of `region`, of places in `order`; takes as many spheres out of `left` as give about `limit` entries. Returns the
-    /// projector, which decisions use too.
+    /// Lists for the tiles of `region`, of places on the device; takes as many spheres out of `left` as give about `limit` entries. Returns
+    /// the projector, which decisions use too, and what was met.
     pub fn collect<K: Keep>(
         &mut self,
         spheres: Spheres<'_>,
@@ -81,31 +84,16 @@ impl Wave {
         left: &mut [Range<usize>],
         limit: usize,
         keep: &K,
-    ) -> Projector {
-        let Spheres { scene, truth, order } = spheres;
-        let binner = Binner::new(scene, truth, region, TILE.trailing_zeros());
+    ) -> (Projector, Met) {
+        let Spheres { scene, truth, ordered } = spheres;
+        let binner = Binner::new(scene, truth, region, TILE.trailing_zeros()).by_groups(ordered);
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);
-        self.met = lists.met;
         self.starts.clear();
         self.starts.extend(lists.starts.iter().step_by(grid.slabs as usize));
-        lists
-            .entries
-            .par_iter()
-            .with_min_len(1 << 14)
-            .map(|e| order.place(e.index))
-            .collect_into_vec(&mut self.entries);
         let world = 1.0 / truth.scale();
-        let starts = &self.starts;
-        (0..grid.tiles())
-            .into_par_iter()
-            .with_min_len(1 << 8)
-            .map(|tile| {
-                let list = &lists.entries[starts[tile] as usize..starts[tile + 1] as usize];
-                f64::from(list.iter().map(|e| e.nearest).fold(f32::INFINITY, f32::min)) * world
-            })
-            .collect_into_vec(&mut self.nearest);
+        lists.nearest.iter_mut().for_each(|nearest| *nearest *= world);
         // Slabs are equally thick, and nothing that is listed begins outside of them but for roundings.
         self.disorder = match grid.slabs {
             0..3 => f64::INFINITY,
@@ -115,44 +103,46 @@ impl Wave {
                 (1.000_001 * thick + 1e-11 * (second.abs() + last.abs() + thick)) * world
             }
         };
-        binner.projector
+        (binner.projector, lists.met)
     }
 
     /// Takes out the lists of one entry of those tiles that `only` tells, and puts the tiles' spheres into `backgrounds`.
-    pub fn take_single(&mut self, order: &Order, only: impl Fn(usize) -> bool, backgrounds: &mut [i32]) {
+    pub fn take_single(&mut self, spheres: Spheres<'_>, only: impl Fn(usize) -> bool, backgrounds: &mut [i32]) {
+        let bins::Lists { entries, nearest, .. } = &mut self.workspace.lists;
         let (mut first, mut kept) = (0, 0);
-        for tile in 0..self.nearest.len() {
+        for (tile, nearest) in nearest.iter_mut().enumerate() {
             let list = first..self.starts[tile + 1] as usize;
             first = list.end;
             self.starts[tile] = kept as u32;
             if list.len() == 1 && only(tile) {
-                backgrounds[tile] = order.index(self.entries[list.start]) as i32;
-                self.nearest[tile] = f64::INFINITY;
+                backgrounds[tile] = spheres.index(entries[list.start]) as i32;
+                *nearest = f64::INFINITY;
             } else {
-                self.entries.copy_within(list.clone(), kept);
+                entries.copy_within(list.clone(), kept);
                 kept += list.len();
             }
         }
         if let Some(end) = self.starts.last_mut() {
             *end = kept as u32;
         }
-        self.entries.truncate(kept);
+        entries.truncate(kept);
     }
 
-    /// As the plan takes them.
+    /// As the plan takes them: entries are places on the device, depths in world units.
     pub fn lists(&self) -> Lists<'_> {
+        let bins::Lists { entries, nearest, .. } = &self.workspace.lists;
         Lists {
             columns: self.columns,
             rows: self.rows,
             starts: &self.starts,
-            entries: &self.entries,
-            nearest: &self.nearest,
+            entries,
+            nearest,
             disorder: self.disorder,
         }
     }
 
     /// The list of a tile.
     pub fn tile(&self, tile: usize) -> &[u32] {
-        &self.entries[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+        &self.workspace.lists.entries[self.starts[tile] as usize..self.starts[tile + 1] as usize]
     }
 }

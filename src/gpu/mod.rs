@@ -4,7 +4,6 @@
 //! * [`adapters`]: which devices there are, which one is taken, and what to install when there is none.
 //! * `lists`: tile lists, made on the host.
 //! * `execute`: uploads, dispatches, ids back; `memory`: buffers that are used again.
-//! * `order`: neighbours in space lie together on the device.
 //! * `decide`: what the filter leaves over.
 //! * [`naive`]: a baseline for `bench`.
 
@@ -14,7 +13,6 @@ mod execute;
 pub mod lists;
 mod memory;
 pub mod naive;
-pub mod order;
 
 use std::{
     num::NonZeroU64,
@@ -26,11 +24,12 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    bins::{self, KeepAll, Met},
+    bins::{KeepAll, Met},
     camera::{Region, View},
     cover::Cover,
     cpu::{Cpu, Effort},
     exact::decide::{Tally, Truth},
+    order::Ordered,
     plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
     project::Projector,
     render::{DeviceChoice, DeviceError, DrawError, Drawing},
@@ -40,7 +39,6 @@ use crate::{
 use decide::{Among, Undecided};
 use execute::{BACKGROUND, Executor, HOST, fill};
 use lists::{Spheres, These, Wave};
-use order::Order;
 
 /// Spheres on the device: consecutive, as many as one binding holds.
 struct Chunk {
@@ -55,7 +53,9 @@ struct Uploaded {
     /// None where the device cannot hold the scene's numbers.
     fixed: Option<Fixed>,
     chunks: Vec<Chunk>,
-    order: Order,
+    /// Neighbours in space lie together on the device, so that what a tile's list names shares cache lines. None for few spheres, which
+    /// fit a cache anyway and lie there as in the scene.
+    ordered: Option<Ordered>,
 }
 
 /// An opened GPU.
@@ -70,6 +70,8 @@ pub struct Gpu {
     wave: Wave,
     /// From so many spheres on it is found out what large ones hide.
     cover: usize,
+    /// From so many on they are put in order.
+    order: usize,
     /// For what the device's numbers cannot hold, and pictures in which nearly every pixel is hard.
     cpu: Cpu,
     /// What went wrong outside of any call, such as a lost device.
@@ -138,6 +140,7 @@ impl Gpu {
             uploads: 0,
             wave: Wave::default(),
             cover: Effort::default().cover,
+            order: 1 << 15,
             cpu: Cpu::default(),
             fault,
         })
@@ -177,8 +180,8 @@ impl Gpu {
         fits
     }
 
-    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, and scenes worth searching for
-    /// what large spheres hide, to test that it does not show.
+    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, and scenes worth ordering and
+    /// searching for what large spheres hide, to test that it does not show.
     pub fn shrink(&mut self, chunk: usize, workgroups: u32, limits: Limits) {
         let own = self.limits;
         self.chunk = self.chunk.min(chunk.max(1));
@@ -189,7 +192,7 @@ impl Gpu {
             tiles: own.tiles.min(limits.tiles.max(1)),
             round: own.round.min(limits.round.max(1)),
         };
-        self.cover = 0;
+        (self.cover, self.order) = (0, 0);
         self.uploaded = None;
     }
 
@@ -235,7 +238,7 @@ impl Gpu {
             None => drawing.ids.resize(region.pixels(), UNDECIDED),
             Some(eye) => {
                 let truth = Truth::new(view, scene.bounds());
-                let spheres = Spheres { scene, truth: &truth, order: &uploaded.order };
+                let spheres = Spheres { scene, truth: &truth, ordered: uploaded.ordered.as_ref() };
                 let job = Job { spheres, eye, chunks: &uploaded.chunks };
                 drawing.times.prepare += since(begin);
                 let across = region.width.div_ceil(TILE);
@@ -268,21 +271,22 @@ impl Gpu {
         // What is seen where a tile has no list.
         let mut backgrounds = vec![NONE; band.tiles()];
         for chunk in chunks {
-            let mut left = bins::split(chunk.range.clone());
+            let mut left = spheres.split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
                 let begin = Instant::now();
                 let (wave, limit) = (&mut self.wave, self.limits.wave);
-                projector = Some(match &cover {
+                let (of_wave, met_now) = match &cover {
                     Some(cover) => wave.collect(spheres, region, &mut left, limit, cover),
                     None => wave.collect(spheres, region, &mut left, limit, &KeepAll),
-                });
+                };
+                projector = Some(of_wave);
                 waves += 1;
-                met += self.wave.met;
-                drawing.counts.entries += self.wave.entries.len();
+                met += met_now;
+                drawing.counts.entries += wave.lists().entries.len();
                 let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
                 if all && let Some(cover) = &cover {
                     // What is alone in a tile that is covered is what covers it.
-                    self.wave.take_single(spheres.order, |tile| cover.covers(tile), &mut backgrounds);
+                    self.wave.take_single(spheres, |tile| cover.covers(tile), &mut backgrounds);
                 }
                 let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
                 single = all && whole;
@@ -320,7 +324,7 @@ impl Gpu {
         let mut left_over = Vec::new();
         self.guarded(|gpu| {
             gpu.executor.read_back(places, |found| {
-                left_over = fill(ids, region, band.columns, &slot_of, &backgrounds, found, spheres.order);
+                left_over = fill(ids, region, band.columns, &slot_of, &backgrounds, found, spheres);
             })
         })?;
         drawing.times.read_back += since(begin);
@@ -360,9 +364,9 @@ impl Gpu {
             return Ok((undecided.pixels, tally));
         }
         let mask = undecided.mask(band.tiles());
-        let mut left = bins::split(0..spheres.scene.len());
+        let mut left = spheres.split(0..spheres.scene.len());
         while !left.iter().all(Range::is_empty) {
-            let projector = &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
+            let (projector, _) = &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
             tally += undecided.look(Among { spheres, projector, wave: &self.wave });
         }
         undecided.write(ids, region);
@@ -379,9 +383,11 @@ impl Gpu {
         let starts = (0..scene.len()).step_by(self.chunk);
         let ranges: Vec<Range<usize>> = starts.map(|at| at..scene.len().min(at + self.chunk)).collect();
         let mut chunks = Vec::new();
-        let mut order = Order::default();
+        let mut ordered = None;
         if let Some(fixed) = &fixed {
-            order = Order::new(scene, ranges.iter().cloned());
+            if scene.len() >= self.order {
+                ordered = Ordered::coarse(scene, &ranges);
+            }
             for range in ranges {
                 let buffer = self.guarded(|gpu| {
                     let buffer = gpu.executor.device.create_buffer(&wgpu::BufferDescriptor {
@@ -390,19 +396,26 @@ impl Gpu {
                         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                         mapped_at_creation: false,
                     });
-                    gpu.send_spheres(scene, fixed, &order, range.clone(), &buffer);
+                    gpu.send_spheres(scene, fixed, ordered.as_ref(), range.clone(), &buffer);
                     Ok(buffer)
                 })?;
                 self.uploads += range.len() as u64 * 16;
                 chunks.push(Chunk { range, buffer });
             }
         }
-        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks, order });
+        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks, ordered });
         Ok(())
     }
 
     /// Writes the records of a chunk, a part at a time, so that the host never holds a second copy of a large scene.
-    fn send_spheres(&self, scene: &Scene, fixed: &Fixed, order: &Order, range: Range<usize>, buffer: &wgpu::Buffer) {
+    fn send_spheres(
+        &self,
+        scene: &Scene,
+        fixed: &Fixed,
+        ordered: Option<&Ordered>,
+        range: Range<usize>,
+        buffer: &wgpu::Buffer,
+    ) {
         const PART: usize = 1 << 16;
         let Executor { device, queue, .. } = &self.executor;
         let mut records = Vec::new();
@@ -413,7 +426,7 @@ impl Gpu {
             part.into_par_iter()
                 .with_min_len(1 << 12)
                 .map(|place| {
-                    let (block, at) = scene.locate(order.index(place as u32) as usize);
+                    let (block, at) = ordered.map_or_else(|| scene.locate(place), |ordered| (&ordered.block, place));
                     fixed.record(block.center(at), block.radius(at))
                 })
                 .collect_into_vec(&mut records);
