@@ -241,10 +241,13 @@ impl Eye {
         let low = (m - (high - back)) - (o + back);
         let to_view = |axis: DVec3| axis.dot(high) + axis.dot(low);
         let middle = DVec3::new(to_view(right), to_view(upward), to_view(forward));
-        let size = high.abs().element_sum() + half[0] + half[1];
-        // With u = 2^-53: a coordinate is within 5 u |high|, a place on the screen within 2 u |s|, their difference rounds by u of
-        // both; in perspective m.z sx - m.x is within u |high| (6 + 9 |s|). The bound is 8 u, or 16 u with the square of the spread.
-        let error = power(-50) * spread * spread * if perspective { 2.0 * high.abs().element_sum() } else { size };
+        let distance = high.x.hypot(high.y).hypot(high.z);
+        // With u = 2^-53: a coordinate is within 5 u |high| (an axis rounds by u, products and sums by 4 u), a place on the screen within 2 u |s|,
+        // their difference rounds by u of both: 6 u |high| + 3 u |s|. In perspective m.z sx - m.x is within u |high| (6 + 9 |s|), and that
+        // below 8.5 u |high| (1 + s^2). What is left over pays for what is u times smaller.
+        let ulps =
+            if perspective { 9.0 * spread * spread * distance } else { 6.5 * distance + 3.5 * (half[0] + half[1]) };
+        let error = power(-53) * ulps;
 
         // A step: small against a pixel, yet large enough that spheres and tiles are not far beyond 2^29 steps.
         let unit = power(fixed.exponent);
@@ -284,7 +287,7 @@ impl Eye {
             spread: up(spread),
             ..Frame::zeroed()
         };
-        let slop = power(-40) * (size + depth_reach + camera.near);
+        let slop = power(-40) * (high.abs().element_sum() + half[0] + half[1] + depth_reach + camera.near);
         let center = middle.z * step;
         let crossed = [center - depth_reach - slop <= camera.near, center + depth_reach + slop >= camera.far];
         // Everything must stay where squares of f32 do, and steps must resolve something.
@@ -573,6 +576,42 @@ mod tests {
         }
         assert!(worst <= 1.25, "{worst}");
         assert!(worst > 0.8, "the test should come near the bound: {worst}");
+    }
+
+    /// Cameras far away, where the roundings of f64 are many steps.
+    #[test]
+    fn the_middle_is_within_its_bound_of_the_true_one() {
+        use crate::{
+            camera::{Camera, ImageSize, ScreenSize},
+            exact::dd::Bounded,
+            scene::{Scene, Sphere},
+        };
+        let mut state = 0x2545_f491_4f6c_dd1d;
+        let mut number = || (random(&mut state) >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
+        for projection in [Projection::Orthographic, Projection::Perspective] {
+            let mut worst = 0.0f64;
+            for _ in 0..20_000 {
+                let mut vector = || DVec3::new(number(), number(), number());
+                let ball = |center| Sphere { center, radius: 0.01, color: [0; 3] };
+                let bounds = Scene::from_spheres(&[ball(vector()), ball(vector())]).unwrap().bounds();
+                let fixed = Fixed::new(&bounds).unwrap();
+                let mut camera = Camera::orthographic(1e5 * vector(), vector());
+                camera.projection = projection;
+                camera.size = ScreenSize::Both { width: 0.25, height: 0.25 };
+                let view = View::new(camera, ImageSize { width: 64, height: 64 });
+                let Some(eye) = Eye::new(&fixed, &bounds, &view) else { continue };
+                let away = [0, 1, 2].map(|k| Bounded::difference(fixed.middle[k], camera.origin[k]));
+                let axes = Axes::new(&camera);
+                for (axis, found) in [(axes.right, eye.middle.x), (axes.up, eye.middle.y), (axes.forward, eye.middle.z)]
+                {
+                    let part =
+                        |k: usize| Bounded::pair(axis.high[k], axis.low[k], crate::exact::axes::Axis::ERROR) * away[k];
+                    let off = part(0) + part(1) + part(2) - Bounded::exact(found * eye.step);
+                    worst = worst.max(off.value().abs() / (eye.middle_error * eye.step));
+                }
+            }
+            assert!(worst <= 1.0 && worst > 0.125, "{projection:?}: {worst} of the bound");
+        }
     }
 
     /// The axes of perspective tiles are as long as rays are; the shader's multiplication takes components up to 2^30.

@@ -461,7 +461,8 @@ fn squares() {
 #[test]
 fn places() {
     for projection in BOTH {
-        for (name, distance) in [("place near by", [0.3, 1.0]), ("place far away", [7.0, 9.0])] {
+        let away = [("place near by", [0.3, 1.0]), ("place far away", [7.0, 9.0])];
+        for (name, distance) in away {
             let scale = Scale { distance, ..Scale::USUAL };
             measure([name], projection, 23, scale, [0.0, 1.0], |p, f, e| {
                 let per_step = exact(1.0 / p.step);

@@ -393,12 +393,12 @@ on_all! {
         // Lists of many slabs, most of them hidden; the reference has no early stop.
         let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut drawer = open(choice);
-        let image = ImageSize { width: 70, height: 70 };
+        let image = ImageSize { width: 210, height: 210 };
         for count in [20_000, 200_000] {
             for projection in [Projection::Orthographic, Projection::Perspective] {
                 let made = Recipe { projection, ..Recipe::new(Kind::Uniform, count) }.make(image);
                 // So near that no background is seen, which would let no tile stop.
-                let camera = Camera { size: ScreenSize::Width(0.15), ..made.camera };
+                let camera = Camera { size: ScreenSize::Width(0.3), ..made.camera };
                 let (view, region) = (View::new(camera, image), Region::whole(image));
                 let got = draw(&mut drawer, &made.scene, &view, region, &made.name);
                 assert!(count < 100_000 || got.iter().all(|&id| id >= 0), "all is covered");

@@ -168,7 +168,7 @@ more 'symmetry: depths left out' $f 'if dot(f, self.d) != dot(h, self.d) {' 'if 
 
 f=src/plan.rs
 more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const ROTATION_ERROR: f64 = 3.125 / 8.0;' '' --test adversary places
-more 'f64 of the host, bound / 8' $f 'let error = power(-50) * spread' 'let error = power(-53) * spread' '' --test adversary places
+more 'f64 of the host, bound / 8' $f 'let error = power(-53) * ulps' 'let error = power(-56) * ulps' '' --lib plan
 
 for rays in orthographic perspective; do
     f=shaders/$rays.wgsl
