@@ -20,6 +20,8 @@ use crate::{
 
 /// Relative bound of the edge of a slab, see [`Grid::slab_start`].
 pub const EDGE: f64 = 4.0 * U;
+/// Slabs of a tile, at most.
+const MOST_SLABS: u64 = 64;
 /// A tile misses a disc if it is farther from the middle than the radius by this many position bounds, see [`Binner::misses`].
 pub const APART: f64 = 1.5;
 
@@ -55,7 +57,7 @@ impl Grid {
         let tiles = u64::from(columns) * u64::from(rows);
         let by_tiles = (1 << 18) / tiles.max(1);
         let by_spheres = scene.len() as u64 / 256;
-        let wanted = by_tiles.min(by_spheres).clamp(1, 64) as u32;
+        let wanted = by_tiles.min(by_spheres).clamp(1, MOST_SLABS) as u32;
         let per_depth = f64::from(wanted) / (high - low);
         let usable = per_depth.is_finite() && per_depth > 0.0 && low.is_finite();
         let (slabs, per_depth) = if usable { (wanted, per_depth) } else { (1, 0.0) };
@@ -96,8 +98,8 @@ impl Grid {
 
 /// What a tile list holds for a sphere.
 pub trait Item: Copy + Default + Send + Sync {
-    /// Whether [`Lists::nearest`] is filled.
-    const NEAREST: bool = false;
+    /// Whether lists are told apart by tile only, with the least depth of each; else by slab, too.
+    const BY_TILE: bool = false;
 
     /// For a sphere that begins at depth `nearest`, and its pixels in the tile.
     fn new(sphere: Projected, nearest: f64, index: u32, window: Window) -> Self;
@@ -169,11 +171,11 @@ fn outside(depth: f64, [least, greatest]: [f64; 2]) -> bool {
 
 /// The lists of all tiles.
 pub struct Lists<I> {
-    /// `entries[starts[k]..starts[k + 1]]` is slab `k % slabs` of tile `k / slabs`.
+    /// `entries[starts[k]..starts[k + 1]]` is slab `k % slabs` of tile `k / slabs`; or tile `k`, see [`Item::BY_TILE`].
     pub starts: Vec<u32>,
     /// Spheres, tile by tile, slab by slab.
     pub entries: Vec<I>,
-    /// For each tile the least depth at which an entry begins, for items that ask for it.
+    /// For each tile the least depth at which an entry begins, see [`Item::BY_TILE`].
     pub nearest: Vec<f64>,
     /// What was met on the way.
     pub met: Met,
@@ -274,14 +276,18 @@ impl<'a> Binner<'a> {
         let Workspace { found, lists } = workspace;
         found.resize_with(left.len(), Found::default);
         left.par_iter_mut().zip(&mut *found).for_each(|(left, found)| {
+            if found.counts.len() == keys && found.keys.len() < keys / 8 {
+                found.keys.iter().for_each(|&key| found.counts[key as usize] = 0);
+            } else {
+                found.counts.clear();
+                found.counts.resize(keys, 0);
+            }
             found.items.clear();
             found.keys.clear();
-            found.counts.clear();
-            found.counts.resize(keys, 0);
             found.nearest.clear();
-            found.nearest.resize(if I::NEAREST { self.grid.tiles() } else { 0 }, f64::INFINITY);
+            found.nearest.resize(if I::BY_TILE { self.grid.tiles() } else { 0 }, f64::INFINITY);
             let emit = |key: usize, tile: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
-                if I::NEAREST {
+                if I::BY_TILE {
                     let least = &mut found.nearest[tile];
                     *least = if nearest < *least { nearest } else { *least };
                 }
@@ -295,19 +301,42 @@ impl<'a> Binner<'a> {
         lists.met = Met::default();
         found.iter().for_each(|found| lists.met += found.met);
         lists.nearest.clear();
-        if I::NEAREST {
+        if I::BY_TILE {
             let least = |tile: usize| found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
             lists.nearest.extend((0..self.grid.tiles()).map(least));
         }
         // Where each part's entries of each key go.
         lists.starts.clear();
-        lists.starts.reserve(keys + 1);
+        let slabs = self.grid.slabs as usize;
         let mut total = 0u32;
-        for key in 0..keys {
-            lists.starts.push(total);
-            for part in &mut *found {
-                let count = std::mem::replace(&mut part.counts[key], total);
+        let mut next = [0u32; MOST_SLABS as usize];
+        let next = &mut next[..slabs];
+        for tile in 0..self.grid.tiles() {
+            if I::BY_TILE {
+                lists.starts.push(total);
+                if lists.nearest[tile] == f64::INFINITY {
+                    continue;
+                }
+            }
+            let keys = tile * slabs..(tile + 1) * slabs;
+            next.fill(0);
+            for part in &*found {
+                next.iter_mut().zip(&part.counts[keys.clone()]).for_each(|(sum, count)| *sum += count);
+            }
+            for next in &mut *next {
+                if !I::BY_TILE {
+                    lists.starts.push(total);
+                }
+                let count = std::mem::replace(next, total);
                 total = total.checked_add(count).expect("a wave is shorter than 2^32 entries");
+            }
+            for part in &mut *found {
+                for (next, to) in next.iter_mut().zip(&mut part.counts[keys.clone()]) {
+                    // Keys without items stay at 0.
+                    let count = *to;
+                    *to = if count == 0 { 0 } else { *next };
+                    *next += count;
+                }
             }
         }
         lists.starts.push(total);

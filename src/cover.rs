@@ -6,22 +6,18 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::{
     bins::{Keep, Window},
     camera::Projection,
     filter::{BACK, Look, Margins, Row, length},
     project::{Projected, Projector},
-    scene::{Radii, Reals, Scene},
+    scene::Scene,
 };
 
 /// Side of a block, pixels.
 pub const BLOCK: usize = 8;
 /// Side of a square that is tried before its blocks.
 const SQUARE: usize = 64;
-/// So many spheres are looked at.
-const MOST: usize = 512;
 
 /// Depths behind which nothing is seen.
 pub struct Cover {
@@ -41,8 +37,8 @@ impl Cover {
         let blocks = |pixels: u32| (pixels as usize).div_ceil(BLOCK);
         let (columns, rows) = (blocks(projector.region.width), blocks(projector.region.height));
         let mut cover = Self { columns, depths: vec![f64::INFINITY; columns * rows] };
-        for index in large(scene, 0.25 * bounds.max_radius) {
-            let (block, at) = scene.locate(index);
+        for &index in scene.large() {
+            let (block, at) = scene.locate(index as usize);
             let sphere = projector.project(block.center(at), block.radius(at));
             match projector.projection {
                 Projection::Orthographic => cover.add::<false>(projector, &sphere),
@@ -132,30 +128,6 @@ fn greatest<const PERSPECTIVE: bool>(
         }
     }
     Some(greatest)
-}
-
-/// The first spheres of at least some radius.
-fn large(scene: &Scene, least: f64) -> Vec<usize> {
-    let mut found = Vec::new();
-    for (start, block) in scene.blocks() {
-        match &block.radii {
-            Radii::Same(radius) if *radius < least => {}
-            Radii::Same(_) => found.extend((0..block.len()).take(MOST).map(|at| start + at)),
-            Radii::Each(Reals::F32(radii)) => found.extend(search(radii.as_slice(), least, start)),
-            Radii::Each(Reals::F64(radii)) => found.extend(search(radii.as_slice(), least, start)),
-        }
-    }
-    found.truncate(MOST);
-    found
-}
-
-fn search<T: Copy + Into<f64> + Sync>(radii: &[T], least: f64, start: usize) -> Vec<usize> {
-    const PART: usize = 1 << 14;
-    let parts = radii.par_chunks(PART).enumerate().map(|(part, radii)| {
-        let found = radii.iter().enumerate().filter(|(_, radius)| (**radius).into() >= least);
-        found.take(MOST).map(|(at, _)| start + part * PART + at).collect::<Vec<_>>()
-    });
-    parts.flatten_iter().collect()
 }
 
 /// Keeps what is not behind a cover, in tiles that are blocks.

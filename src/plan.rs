@@ -433,24 +433,29 @@ pub struct Band {
     pub region: Region,
     /// Tiles in a row.
     pub columns: u32,
-    /// Of each tile, once it was met.
-    places: Vec<Option<Place>>,
+    /// Number of each tile's place, once it was met.
+    numbers: Vec<u32>,
+    places: Vec<Place>,
     /// Tiles whose every pixel the host decides.
     pub host: Vec<u32>,
     left_out: Vec<bool>,
 }
 
 impl Band {
+    /// In the place of a number.
+    const UNMET: u32 = u32::MAX;
+
     /// Nothing is known.
     pub fn new(region: Region) -> Self {
         let (columns, rows) = (region.width.div_ceil(TILE), region.height.div_ceil(TILE));
         let tiles = (columns * rows) as usize;
-        Self { region, columns, places: vec![None; tiles], host: Vec::new(), left_out: vec![false; tiles] }
+        let (places, host) = (Vec::new(), Vec::new());
+        Self { region, columns, numbers: vec![Self::UNMET; tiles], places, host, left_out: vec![false; tiles] }
     }
 
     /// Number of tiles.
     pub fn tiles(&self) -> usize {
-        self.places.len()
+        self.numbers.len()
     }
 
     /// What a tile adds to the view.
@@ -458,12 +463,12 @@ impl Band {
     /// # Panics
     /// When no pass had the tile.
     pub fn place(&self, tile: u32) -> &Place {
-        self.places[tile as usize].as_ref().expect("tiles of passes have a place")
+        self.places.get(self.numbers[tile as usize] as usize).expect("tiles of passes have a place")
     }
 
     /// Tiles that were met and are not the host's.
     pub fn met(&self) -> Vec<u32> {
-        (0..self.places.len() as u32).filter(|&t| self.places[t as usize].is_some()).collect()
+        (0..self.numbers.len() as u32).filter(|&t| self.numbers[t as usize] != Self::UNMET).collect()
     }
 
     /// The dispatches that some lists need, and whether each tile has only one segment among them.
@@ -477,7 +482,7 @@ impl Band {
                 continue;
             }
             let nearest = lists.nearest[tile as usize];
-            let fresh = self.places[tile as usize].is_none();
+            let fresh = self.numbers[tile as usize] == Self::UNMET;
             let class = if fresh {
                 let (x, y) = (tile % self.columns * TILE, tile / self.columns * TILE);
                 let (class, place) = eye.place(self.region.x + x, self.region.y + y, nearest, all);
@@ -486,7 +491,8 @@ impl Band {
                     self.host.push(tile);
                     continue;
                 }
-                self.places[tile as usize] = Some(place);
+                self.numbers[tile as usize] = self.places.len() as u32;
+                self.places.push(place);
                 class
             } else {
                 eye.kernel(nearest)

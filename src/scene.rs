@@ -7,7 +7,7 @@ use std::{
     marker::PhantomData,
     ops::Range,
     sync::{
-        Arc,
+        Arc, OnceLock,
         atomic::{AtomicU64, Ordering},
     },
 };
@@ -253,6 +253,16 @@ impl Bounds {
     }
 }
 
+/// The first radii of a block that are at least so large, numbered from `start` on.
+fn search<T: Copy + Into<f64> + Sync>(radii: &[T], least: f64, start: usize) -> Vec<u32> {
+    const PART: usize = 1 << 14;
+    let parts = radii.par_chunks(PART).enumerate().map(|(part, radii)| {
+        let found = radii.iter().enumerate().filter(|(_, radius)| (**radius).into() >= least);
+        found.take(LARGE).map(|(at, _)| (start + part * PART + at) as u32).collect::<Vec<_>>()
+    });
+    parts.flatten_iter().collect()
+}
+
 /// Spheres `0..len`, in the order of their blocks.
 #[derive(Clone)]
 pub struct Scene {
@@ -261,7 +271,11 @@ pub struct Scene {
     starts: Vec<usize>,
     bounds: Bounds,
     identity: u64,
+    large: OnceLock<Vec<u32>>,
 }
+
+/// So many spheres are told to be large, at most.
+const LARGE: usize = 512;
 
 impl Scene {
     /// Checks every number once and keeps the blocks as they are.
@@ -310,7 +324,8 @@ impl Scene {
             }
         };
         static NEXT: AtomicU64 = AtomicU64::new(0);
-        Ok(Self { blocks, starts, bounds, identity: NEXT.fetch_add(1, Ordering::Relaxed) })
+        let identity = NEXT.fetch_add(1, Ordering::Relaxed);
+        Ok(Self { blocks, starts, bounds, identity, large: OnceLock::new() })
     }
 
     /// A scene of single spheres.
@@ -319,6 +334,24 @@ impl Scene {
     /// As [`Scene::new`].
     pub fn from_spheres(spheres: &[Sphere]) -> Result<Self, SceneError> {
         Self::new(vec![Block::from_spheres(spheres)])
+    }
+
+    /// The first spheres, a few hundred at most, of at least a quarter of the greatest radius; found when they are first asked for.
+    pub fn large(&self) -> &[u32] {
+        self.large.get_or_init(|| {
+            let least = 0.25 * self.bounds.max_radius;
+            let mut found = Vec::new();
+            for (start, block) in self.blocks() {
+                match &block.radii {
+                    Radii::Same(radius) if *radius < least => {}
+                    Radii::Same(_) => found.extend((start..start + block.len().min(LARGE)).map(|at| at as u32)),
+                    Radii::Each(Reals::F32(radii)) => found.extend(search(radii.as_slice(), least, start)),
+                    Radii::Each(Reals::F64(radii)) => found.extend(search(radii.as_slice(), least, start)),
+                }
+            }
+            found.truncate(LARGE);
+            found
+        })
     }
 
     /// A number that only clones of this scene share: what is made from it once, such as a copy on a device, can be kept.

@@ -227,11 +227,6 @@ impl<const SIDE: usize> Tile<SIDE> {
         &self.id[row]
     }
 
-    /// Gives all pixels without a holder one that is behind all others.
-    pub fn fill(&mut self, index: i32) {
-        self.id.as_flattened_mut().iter_mut().filter(|id| **id == NONE).for_each(|id| *id = index);
-    }
-
     /// What was decided since this was asked last.
     pub fn take_tally(&mut self) -> Tally {
         std::mem::take(&mut self.tally)

@@ -169,10 +169,7 @@ impl Painter<'_> {
                     let mut depths = depths[tile];
                     let number = background.as_ref().map(|background| background.number);
                     self.paint_tile::<M>(source, tile, number, state, &mut depths);
-                    if let Some(Background { index, .. }) = background {
-                        state.fill(index);
-                    }
-                    self.write(tile, state, canvas);
+                    self.write(tile, state, background.map_or(NONE, |background| background.index), canvas);
                 });
             });
         });
@@ -197,7 +194,7 @@ impl Painter<'_> {
     /// Appends the ids of all tiles.
     pub(super) fn gather(&self, tiles: &[Tile], ids: &mut Vec<i32>) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
-            tiles.par_iter().enumerate().for_each(|(tile, state)| self.write(tile, state, canvas));
+            tiles.par_iter().enumerate().for_each(|(tile, state)| self.write(tile, state, NONE, canvas));
         });
     }
 
@@ -206,36 +203,45 @@ impl Painter<'_> {
         /// Longer lists are seldom all in front of something.
         const MOST: usize = 64;
         let Binner { projector, grid, scene, .. } = self.binner;
-        let project = |index: u32| {
+        let project = |scene: &Scene, index: u32| {
             let (block, at) = scene.locate(index as usize);
             projector.project(block.center(at), block.radius(at))
         };
-        // Of what is listed: its sphere, and its number in the list's own terms.
-        let listed: Vec<(Projected, u32)> = match source {
-            Source::Spheres(lists) => match lists.tile(grid, tile) {
-                entries if entries.len() > MOST => return None,
-                entries => entries.iter().map(|entry| (entry.sphere, entry.index)).collect(),
-            },
-            Source::Groups(lists, _) => match lists.tile(grid, tile) {
-                groups if groups.len() > MOST => return None,
-                groups => groups.iter().map(|group| (project(group.index), group.index)).collect(),
-            },
+        // The last to begin: its number, and the index of its sphere.
+        let (number, index, count) = match source {
+            Source::Spheres(lists) => {
+                let entries = lists.tile(grid, tile);
+                let nearest = |entry: &Entry| entry.sphere.nearest();
+                let last = entries.iter().max_by(|a, b| nearest(a).total_cmp(&nearest(b)));
+                last.filter(|_| entries.len() <= MOST).map(|last| (last.index, last.index, entries.len()))
+            }
+            Source::Groups(lists, ordered) => {
+                let groups = lists.tile(grid, tile);
+                let last = groups.iter().max_by(|a, b| a.nearest.total_cmp(&b.nearest));
+                let only = last.filter(|_| groups.len() <= MOST).and_then(|last| ordered.only(last.index));
+                last.zip(only).map(|(last, only)| (last.index, only, groups.len()))
+            }
+        }?;
+        let sphere = project(self.scene, index);
+        let in_front = |other: u32, sphere_or_group: &dyn Fn() -> Projected| {
+            other == number || {
+                let other = sphere_or_group();
+                other.z + other.r + other.bound() < sphere.nearest()
+            }
         };
-        let (last, number) = *listed.iter().max_by(|a, b| a.0.nearest().total_cmp(&b.0.nearest()))?;
-        let in_front = |(sphere, other): &(Projected, u32)| {
-            *other == number || sphere.z + sphere.r + sphere.bound() < last.nearest()
+        let all_in_front = match source {
+            Source::Spheres(lists) => {
+                lists.tile(grid, tile).iter().all(|entry| in_front(entry.index, &|| entry.sphere))
+            }
+            Source::Groups(lists, _) => {
+                lists.tile(grid, tile).iter().all(|group| in_front(group.index, &|| project(scene, group.index)))
+            }
         };
         let ([x, y], side) = grid.corner(tile);
         let columns = x..(x + side).min(projector.region.width as usize);
         let rows = y..(y + side).min(projector.region.height as usize);
-        let index = match source {
-            Source::Spheres(_) => number,
-            Source::Groups(_, ordered) => ordered.only(number)?,
-        };
-        let (block, at) = self.scene.locate(index as usize);
-        let sphere = projector.project(block.center(at), block.radius(at));
-        let found = listed.iter().all(in_front) && covers(projector, &sphere, columns, rows);
-        found.then_some(Background { index: index as i32, number, sole: listed.len() == 1 })
+        let found = all_in_front && covers(projector, &sphere, columns, rows);
+        found.then_some(Background { index: index as i32, number, sole: count == 1 })
     }
 
     /// Writes one index to all pixels of a tile.
@@ -243,11 +249,11 @@ impl Painter<'_> {
         canvas.rows(&self.binner.grid, tile, |_, to| to.fill(MaybeUninit::new(index)));
     }
 
-    /// Writes the ids of a tile.
-    fn write(&self, tile: usize, state: &Tile, canvas: &Canvas) {
+    /// Writes the ids of a tile; where there is none, `background`.
+    fn write(&self, tile: usize, state: &Tile, background: i32, canvas: &Canvas) {
         canvas.rows(&self.binner.grid, tile, |row, to| {
             for (to, &id) in to.iter_mut().zip(state.ids(row)) {
-                to.write(id.max(UNDECIDED));
+                to.write(if id == NONE { background } else { id.max(UNDECIDED) });
             }
         });
     }

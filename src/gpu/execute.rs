@@ -1,6 +1,6 @@
 //! Passes of a plan, run: tables and entries to the device, dispatches, ids back.
 
-use std::{collections::HashMap, time::Duration};
+use std::{collections::HashMap, mem::MaybeUninit, time::Duration};
 
 use rayon::prelude::*;
 
@@ -287,9 +287,10 @@ pub const BACKGROUND: u32 = u32::MAX;
 /// See [`BACKGROUND`].
 pub const HOST: u32 = u32::MAX - 1;
 
-/// Puts the pixels of all tiles into their places: of tile `t` those at `slots[t]` in `found`. Returns the tiles in which something is undecided.
+/// Puts the pixels of all tiles into their places, every one of them: of tile `t` those at `slots[t]` in `found`. Returns the tiles in which
+/// something is undecided.
 pub fn fill(
-    ids: &mut [i32],
+    ids: &mut [MaybeUninit<i32>],
     region: Region,
     columns: u32,
     slots: &[u32],
@@ -311,13 +312,13 @@ pub fn fill(
                 for (row, ids) in ids.chunks_mut(width).enumerate() {
                     let ids = &mut ids[x..x + across];
                     match slot {
-                        BACKGROUND => ids.fill(backgrounds[tile as usize]),
-                        HOST => ids.fill(UNDECIDED),
+                        BACKGROUND => ids.fill(MaybeUninit::new(backgrounds[tile as usize])),
+                        HOST => ids.fill(MaybeUninit::new(UNDECIDED)),
                         _ => {
                             let at = slot as usize * TILE_PIXELS + row * TILE as usize;
                             for (id, &place) in ids.iter_mut().zip(&found[at..]) {
                                 any |= place == UNDECIDED;
-                                *id = if place < 0 { place } else { spheres.index(place as u32) as i32 };
+                                id.write(if place < 0 { place } else { spheres.index(place as u32) as i32 });
                             }
                         }
                     }

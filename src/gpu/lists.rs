@@ -14,7 +14,7 @@ use crate::{
 
 /// The place of a sphere on the device.
 impl Item for u32 {
-    const NEAREST: bool = true;
+    const BY_TILE: bool = true;
 
     #[inline(always)]
     fn new(_: Projected, _: f64, index: u32, _: Window) -> Self {
@@ -70,7 +70,6 @@ pub struct Wave {
     workspace: Workspace<u32>,
     columns: u32,
     rows: u32,
-    starts: Vec<u32>,
     disorder: f64,
 }
 
@@ -90,8 +89,6 @@ impl Wave {
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);
-        self.starts.clear();
-        self.starts.extend(lists.starts.iter().step_by(grid.slabs as usize));
         let world = 1.0 / truth.scale();
         lists.nearest.iter_mut().for_each(|nearest| *nearest *= world);
         // Slabs are equally thick, and nothing that is listed begins outside of them but for roundings.
@@ -108,12 +105,12 @@ impl Wave {
 
     /// Takes out the lists of one entry of those tiles that `only` tells, and puts the tiles' spheres into `backgrounds`.
     pub fn take_single(&mut self, spheres: Spheres<'_>, only: impl Fn(usize) -> bool, backgrounds: &mut [i32]) {
-        let bins::Lists { entries, nearest, .. } = &mut self.workspace.lists;
+        let bins::Lists { starts, entries, nearest, .. } = &mut self.workspace.lists;
         let (mut first, mut kept) = (0, 0);
         for (tile, nearest) in nearest.iter_mut().enumerate() {
-            let list = first..self.starts[tile + 1] as usize;
+            let list = first..starts[tile + 1] as usize;
             first = list.end;
-            self.starts[tile] = kept as u32;
+            starts[tile] = kept as u32;
             if list.len() == 1 && only(tile) {
                 backgrounds[tile] = spheres.index(entries[list.start]) as i32;
                 *nearest = f64::INFINITY;
@@ -122,7 +119,7 @@ impl Wave {
                 kept += list.len();
             }
         }
-        if let Some(end) = self.starts.last_mut() {
+        if let Some(end) = starts.last_mut() {
             *end = kept as u32;
         }
         entries.truncate(kept);
@@ -130,19 +127,13 @@ impl Wave {
 
     /// As the plan takes them: entries are places on the device, depths in world units.
     pub fn lists(&self) -> Lists<'_> {
-        let bins::Lists { entries, nearest, .. } = &self.workspace.lists;
-        Lists {
-            columns: self.columns,
-            rows: self.rows,
-            starts: &self.starts,
-            entries,
-            nearest,
-            disorder: self.disorder,
-        }
+        let bins::Lists { starts, entries, nearest, .. } = &self.workspace.lists;
+        Lists { columns: self.columns, rows: self.rows, starts, entries, nearest, disorder: self.disorder }
     }
 
     /// The list of a tile.
     pub fn tile(&self, tile: usize) -> &[u32] {
-        &self.workspace.lists.entries[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+        let bins::Lists { starts, entries, .. } = &self.workspace.lists;
+        &entries[starts[tile] as usize..starts[tile + 1] as usize]
     }
 }

@@ -319,14 +319,17 @@ impl Gpu {
             (false, false) => band.tiles(),
         };
         let start = drawing.ids.len();
-        drawing.ids.resize(start + region.pixels(), NONE);
-        let ids = &mut drawing.ids[start..];
+        drawing.ids.reserve(region.pixels());
         let mut left_over = Vec::new();
         self.guarded(|gpu| {
+            let ids = &mut drawing.ids.spare_capacity_mut()[..region.pixels()];
             gpu.executor.read_back(places, |found| {
                 left_over = fill(ids, region, band.columns, &slot_of, &backgrounds, found, spheres);
             })
         })?;
+        // SAFETY: reserved above, and `fill` wrote all; `read_back` calls it unless it fails.
+        unsafe { drawing.ids.set_len(start + region.pixels()) };
+        let ids = &mut drawing.ids[start..];
         drawing.times.read_back += since(begin);
         if decide && self.executor.certain && !left_over.is_empty() {
             let begin = Instant::now();
