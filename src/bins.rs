@@ -184,7 +184,7 @@ pub struct Lists<I> {
 /// What a pass over spheres met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Spheres that a pixel's ray may meet in the clip range; and all of a group that is hidden as a whole.
+    /// Spheres that a pixel's ray may meet in the clip range, and all of a group that is hidden as a whole.
     pub on_screen: usize,
     /// Spheres that are in a list, or in several.
     pub listed: usize,

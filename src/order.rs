@@ -35,15 +35,26 @@ pub struct Ordered {
 }
 
 impl Ordered {
-    /// Of a scene, in groups as tight as may be. None where exponents are so extreme that squares of f64 could leave their range, or
+    /// Of a scene, in groups as tight as may be. Spheres that are the same as an earlier one, which are seen nowhere, are left out if there are
+    /// many. None where exponents are so extreme that squares of f64 could leave their range, or
     /// memory is short: without it everything works, slower.
     pub fn new(scene: &Scene) -> Option<Self> {
-        usable(scene).then(|| Self::of(scene, arranged(scene)))
+        usable(scene).then(|| Self::of(scene, arranged(scene, &distinct(scene))))
     }
 
-    /// The same, several times sooner made, with looser groups; and each of some consecutive parts of the scene is in order for itself.
-    pub fn coarse(scene: &Scene, parts: &[Range<usize>]) -> Option<Self> {
-        usable(scene).then(|| Self::of(scene, along_a_curve(scene, parts)))
+    /// The same, several times sooner made, with looser groups. No group lies across a multiple of `part` spheres.
+    pub fn coarse(scene: &Scene, part: usize) -> Option<Self> {
+        usable(scene).then(|| Self::of(scene, along_a_curve(scene, &distinct(scene), part)))
+    }
+
+    /// Number of spheres.
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
     }
 
     fn of(scene: &Scene, (indices, starts): (Vec<u32>, Vec<u32>)) -> Self {
@@ -165,70 +176,96 @@ fn add_up(counts: &mut [u32], first: u32) -> u32 {
     counts.iter_mut().fold(first, |total, count| total + std::mem::replace(count, total))
 }
 
-/// Indices along a Morton curve through the cells of a grid, the order of the scene inside of each; and where groups begin.
-fn along_a_curve(scene: &Scene, parts: &[Range<usize>]) -> (Vec<u32>, Vec<u32>) {
+/// Indices in ascending order, without those of spheres that are the same as an earlier one: all of them, unless many are the same.
+fn distinct(scene: &Scene) -> Vec<u32> {
+    /// One sphere of so many is looked at first, chosen by what it is, so that equal ones are chosen together.
+    const SAMPLE: u64 = 64;
+    let same = |a: u32, b: u32| center(scene, a) == center(scene, b) && radius(scene, a) == radius(scene, b);
+    let hash = |index: u32| {
+        let DVec3 { x, y, z } = center(scene, index);
+        [x, y, z, radius(scene, index)].iter().fold(0u64, |hash, number| {
+            // Both zeros are equal.
+            let mixed = (hash ^ (number + 0.0).to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            mixed ^ mixed >> 32
+        })
+    };
+    // Spheres of some hashes, and the later ones of those that are the same.
+    let repeated = |of: u64| {
+        let hashes = (0..scene.len() as u32).into_par_iter().with_min_len(1 << 12).map(|index| (hash(index), index));
+        let mut hashes: Vec<(u64, u32)> = hashes.filter(|(hash, _)| hash % of == 0).collect();
+        hashes.par_sort_unstable();
+        let later = hashes.par_chunk_by(|a, b| a.0 == b.0).flat_map_iter(|equal| {
+            // Different spheres seldom have one hash: what is the same as the first of them is enough.
+            let first = equal[0].1;
+            equal[1..].iter().map(|(_, index)| *index).filter(move |&index| same(first, index))
+        });
+        (later.collect::<Vec<u32>>(), hashes.len())
+    };
+    let (some, of) = repeated(SAMPLE);
+    let all = 0..scene.len() as u32;
+    if some.len() * 16 <= of {
+        return all.collect();
+    }
+    let mut keep = vec![true; scene.len()];
+    repeated(1).0.into_iter().for_each(|index| keep[index as usize] = false);
+    all.filter(|&index| keep[index as usize]).collect()
+}
+
+/// Some indices along a Morton curve through the cells of a grid, in their order inside of each; and where groups begin.
+fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32>) {
     // About 32 spheres to a cell, at most 2^18 cells.
-    let bits = ((scene.len() / 32).max(1).ilog2() / 3).clamp(1, 6);
+    let bits = ((some.len() / 32).max(1).ilog2() / 3).clamp(1, 6);
     let cells = 1usize << (3 * bits);
     let bounds = scene.bounds();
     let per_length = f64::from(1 << bits) / (bounds.max_center - bounds.min_center);
     // The bits of a coordinate with two zeros between each.
     let spread = |c: u32| (0..bits).map(|k| (c >> k & 1) << (3 * k)).sum::<u32>();
     let spread: Vec<u32> = (0..1 << bits).map(spread).collect();
-    let mut indices = vec![0; scene.len()];
-    let mut starts = Vec::with_capacity(scene.len() / GROUP + (parts.len() << CLASSES) + 1);
-    for part in parts {
-        let keys: Vec<u32> = part
-            .clone()
-            .into_par_iter()
-            .with_min_len(1 << 12)
-            .map(|index| {
-                // A cast of what is NaN, on an axis without extent, gives 0.
-                let (block, at) = scene.locate(index);
-                let cell = (block.center(at) - bounds.min_center) * per_length;
-                let [x, y, z] = cell.to_array().map(|c| spread[(c as usize).min(spread.len() - 1)]);
-                class(bounds.max_radius, block.radius(at)) << (3 * bits) | x | y << 1 | z << 2
-            })
-            .collect();
+    let mut indices = vec![0; some.len()];
+    let mut starts = Vec::with_capacity(some.len() / GROUP + (some.len().div_ceil(part) << CLASSES) + 1);
+    for (number, some) in some.chunks(part).enumerate() {
+        let key = |&index: &u32| {
+            // A cast of what is NaN, on an axis without extent, gives 0.
+            let cell = (center(scene, index) - bounds.min_center) * per_length;
+            let [x, y, z] = cell.to_array().map(|c| spread[(c as usize).min(spread.len() - 1)]);
+            class(bounds.max_radius, radius(scene, index)) << (3 * bits) | x | y << 1 | z << 2
+        };
+        let keys: Vec<u32> = some.par_iter().with_min_len(1 << 12).map(key).collect();
         let mut next = vec![0; cells << CLASSES];
         keys.iter().for_each(|&key| next[key as usize] += 1);
-        let end = add_up(&mut next, part.start as u32);
+        let end = add_up(&mut next, (number * part) as u32);
         for class in 0..1 << CLASSES {
             let after = next.get((class + 1) * cells).copied().unwrap_or(end);
             starts.extend((next[class * cells]..after).step_by(GROUP));
         }
-        for (index, key) in part.clone().zip(keys) {
+        for (&index, key) in some.iter().zip(keys) {
             let place = &mut next[key as usize];
-            indices[*place as usize] = index as u32;
+            indices[*place as usize] = index;
             *place += 1;
         }
     }
-    starts.push(scene.len() as u32);
+    starts.push(indices.len() as u32);
     (indices, starts)
 }
 
-/// Indices such that those of a group lie close together, and where groups begin. First by cells, as this is soon done, and inside of
+/// Some indices such that those of a group lie close together, and where groups begin. First by cells, as this is soon done, and inside of
 /// each by halves of halves across the longest side.
-fn arranged(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
+fn arranged(scene: &Scene, some: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let bounds = scene.bounds();
     let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
-    let items: Vec<Item> = (0..scene.len() as u32)
-        .into_par_iter()
-        .with_min_len(1 << 12)
-        .map(|index| {
-            // A cast of what is NaN, where the box is a point, gives 0.
-            let (block, k) = scene.locate(index as usize);
-            let mut at = ((block.center(k) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
-            at[0] = at[0] & !((1 << CLASSES) - 1) | class(bounds.max_radius, block.radius(k));
-            Item { at, index }
-        })
-        .collect();
+    let item = |&index: &u32| {
+        // A cast of what is NaN, where the box is a point, gives 0.
+        let mut at = ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
+        at[0] = at[0] & !((1 << CLASSES) - 1) | class(bounds.max_radius, radius(scene, index));
+        Item { at, index }
+    };
+    let items: Vec<Item> = some.par_iter().with_min_len(1 << 12).map(item).collect();
     // At least a thousand spheres to a cell, or there would be many groups that are not full.
-    let bits = (scene.len() >> 10).max(1).ilog2() / 3;
+    let bits = (some.len() >> 10).max(1).ilog2() / 3;
     let mut ends = vec![0u32; 1 << (CLASSES + 3 * bits)];
     items.iter().for_each(|item| ends[item.cell(bits)] += 1);
     let total = add_up(&mut ends, 0);
-    let mut starts = Vec::with_capacity(scene.len() / GROUP + ends.len());
+    let mut starts = Vec::with_capacity(some.len() / GROUP + ends.len());
     let nexts = ends[1..].iter().copied().chain([total]);
     ends.iter().zip(nexts).for_each(|(&start, next)| starts.extend((start..next).step_by(GROUP)));
     starts.push(total);
@@ -283,21 +320,44 @@ mod tests {
         let cube = spheres(20_000, DVec3::new);
         // All but eight in one heap, far smaller than a cell.
         let heap = spheres(20_000, |x, y, z| DVec3::new(x, y, z) * if x < 4e-4 { 1e9 } else { 1.0 });
-        let point = spheres(500, |_, _, _| DVec3::ONE);
+        let point = spheres(500, |x, _, _| DVec3::ONE + 1e-12 * x);
         for (scene, close) in [(&cube, 0.5), (&heap, 0.5), (&point, 1e-9)] {
             assert!(loose(scene, &Ordered::new(scene).unwrap(), close) < scene.len() / 20);
         }
         // A few groups of a curve leap.
-        let parts = [0..7, 7..7, 7..9000, 9000..20_000];
-        let ordered = Ordered::coarse(&cube, &parts).unwrap();
-        assert!(loose(&cube, &ordered, 0.5) < cube.len() / 5);
-        for part in parts {
-            assert!(ordered.indices[part.clone()].iter().all(|&index| part.contains(&(index as usize))));
-            let groups = ordered.groups_of(part.clone());
-            assert_eq!([groups.start, groups.end].map(|group| ordered.starts[group] as usize), [part.start, part.end]);
+        for part in [7, 9000, 20_000, 1 << 20] {
+            let ordered = Ordered::coarse(&cube, part).unwrap();
+            assert!(part < GROUP || loose(&cube, &ordered, 0.5) < cube.len() / 5);
+            for start in (0..cube.len()).step_by(part) {
+                let spheres = start..cube.len().min(start + part);
+                assert!(ordered.indices[spheres.clone()].iter().all(|&index| spheres.contains(&(index as usize))));
+                let groups = ordered.groups_of(spheres.clone());
+                let ends = [groups.start, groups.end].map(|group| ordered.starts[group] as usize);
+                assert_eq!(ends, [spheres.start, spheres.end]);
+            }
         }
-        loose(&heap, &Ordered::coarse(&heap, &[0..20_000]).unwrap(), 0.5);
-        loose(&point, &Ordered::coarse(&point, &[0..500]).unwrap(), 1e-9);
+        loose(&heap, &Ordered::coarse(&heap, 20_000).unwrap(), 0.5);
+    }
+
+    #[test]
+    fn of_many_that_are_the_same_the_first_is_kept() {
+        let once: Vec<Sphere> = (0..3000).map(|k| spheres(3000, DVec3::new).sphere(k)).collect();
+        let mut several = once.clone();
+        // Some as they are, some that differ by the sign of zero or by the radius alone.
+        several.extend(once[..2000].iter().rev());
+        several.extend(once[..500].iter().map(|s| Sphere { radius: 2.0 * s.radius, ..*s }));
+        several.extend([0.0, -0.0].map(|x| Sphere { center: DVec3::new(x, 0.5, 0.5), radius: 0.1, color: [0; 3] }));
+        let scene = Scene::from_spheres(&several).unwrap();
+        let want: Vec<u32> = (0..3000).chain(5000..5501).collect();
+        assert_eq!(distinct(&scene), want);
+        for ordered in [Ordered::new(&scene), Ordered::coarse(&scene, 1000)].map(Option::unwrap) {
+            let mut kept = ordered.indices.clone();
+            kept.sort_unstable();
+            assert_eq!((kept, ordered.len(), ordered.block.len()), (want.clone(), 3501, 3501));
+        }
+        // A few are not worth the search.
+        let few = Scene::from_spheres(&[&once[..], &once[..20]].concat()).unwrap();
+        assert_eq!(distinct(&few).len(), 3020);
     }
 
     /// How many small spheres lie in groups that are not `close`; fails where an order is none.

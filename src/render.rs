@@ -50,8 +50,9 @@ pub struct Counts {
     /// Spheres that were skipped because no pixel's ray can meet them: off the screen, outside the clip range, or small and
     /// between the rays; not counted where a picture is drawn in bands, each of which skips others.
     pub outside: Option<usize>,
-    /// Spheres that were skipped, or at least this many, because what was drawn before hides them; not counted in bands. (On the
-    /// CPU a sphere over several tiles may be listed before and after, and then hides one of these.)
+    /// Spheres that were skipped, or at least this many, because what was drawn before hides them, or others that are the same; not counted in
+    /// bands. (On the CPU a sphere over several tiles may be listed before and after, and then hides one of these. On a GPU a group of neighbours
+    /// that is hidden counts in full, wherever its spheres lie.)
     pub hidden: Option<usize>,
     /// Tiles.
     pub tiles: usize,

@@ -58,12 +58,17 @@ pub trait Lanes: Number {
     fn select(mask: u8, this: Self, other: Self) -> Self;
     /// Writes a value to those of the first eight of a slice whose bit is set.
     fn mark(mask: u8, value: i32, to: &mut [i32]);
+    /// A bit for each of the first eight of a slice that is a value.
+    #[inline(always)]
+    fn same(value: i32, of: &[i32]) -> u8 {
+        of[..LANES].iter().enumerate().fold(0, |bits, (k, of)| bits | u8::from(*of == value) << k)
+    }
 
     /// The greatest lane that is a number.
     fn greatest(self) -> f64 {
         let mut lanes = [0.0; LANES];
         self.store(&mut lanes);
-        lanes.into_iter().fold(f64::NEG_INFINITY, f64::max)
+        lanes.into_iter().fold(f64::NEG_INFINITY, |most, lane| if lane > most { lane } else { most })
     }
 }
 
@@ -398,6 +403,7 @@ mod tests {
             let mut marked = [-1; LANES + 1];
             L::mark(less, 7, &mut marked);
             out.extend(marked.map(|v| v as u64));
+            out.push(u64::from(L::same(7, &marked)));
             out
         }
     }

@@ -16,7 +16,7 @@ use crate::{
     plan::NONE,
     project::{Projected, Projector},
     scene::Scene,
-    simd::{self, LANES, Lanes, Number, Plain},
+    simd::{self, LANES, Lanes},
 };
 
 /// In the place of a holder: not a pixel to draw.
@@ -385,6 +385,8 @@ impl<const SIDE: usize> Tile<SIDE> {
 
     /// A sphere at eight pixels at some of which it neither wins nor loses for certain: there it is decided. Takes and answers with a
     /// holder that turned out to be the same sphere.
+    ///
+    /// What was found of them is found once more: that costs little where it is needed seldom, and leaves the loop alone.
     #[cold]
     #[inline(never)]
     fn decide<const PERSPECTIVE: bool, M: Mode>(
@@ -392,39 +394,10 @@ impl<const SIDE: usize> Tile<SIDE> {
         place: &Place<'_, SIDE>,
         index: i32,
         sphere: &Projected,
-        [first, row]: [usize; 2],
-        mut twin: Option<i32>,
+        at: [usize; 2],
+        twin: Option<i32>,
     ) -> Option<i32> {
-        // The same once more, which costs nothing where it is needed seldom.
-        let margins = Margins::new::<PERSPECTIVE>(sphere, place.projector.screen);
-        let mut test = Test::<Plain>::new(&margins, false);
-        test.allow(self.slack);
-        let [before, after] = test.lines::<PERSPECTIVE>(sphere, place.rows[row]);
-        let (sx, high) = (Plain::load(&place.columns[first..]), Plain::load(&self.high[row][first..]));
-        let (q, b) = before.meet::<Plain, PERSPECTIVE>(sx);
-        let above = b.sub(high);
-        let (lose, square) = test.loses(q, above);
-        let root = square.sqrt();
-        let (win, sure) = test.wins(q, above, root);
-        let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
-        let middle = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
-        middle.meet::<Plain, PERSPECTIVE>(sx).1.sub(root).sub(Plain::splat(margins.width)).store(&mut leasts);
-        after.meet::<Plain, PERSPECTIVE>(sx).1.sub(root).store(&mut mosts);
-        for k in (0..LANES).filter(|k| lose >> k & 1 == 0) {
-            let (at, holder, sure) = ([first + k, row], self.id[row][first + k], sure >> k & 1 == 1);
-            if win >> k & 1 == 1 {
-                (self.high[row][first + k], self.id[row][first + k]) = (mosts[k], index);
-                self.touch(first + k, row);
-            } else if twin == Some(holder) {
-                // Known to be the same sphere, under another index.
-                self.id[row][first + k] = holder.min(index);
-            } else if M::DECIDES {
-                twin = self.settle(place, index, at, sure.then_some([leasts[k], mosts[k]])).or(twin);
-            } else {
-                self.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
-            }
-        }
-        twin
+        simd::dispatch(Decide::<SIDE, PERSPECTIVE, M> { tile: self, place, index, sphere, at, twin, mode: PhantomData })
     }
 
     /// A sphere that a plane may cut: either root, pixel by pixel.
@@ -533,5 +506,70 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
         let Self { tile, place, index, sphere, across, down, .. } = self;
         let margins = Margins::new::<PERSPECTIVE>(sphere, place.projector.screen);
         tile.whole::<L, PERSPECTIVE, false, M>(place, index, sphere, &margins, across, down);
+    }
+}
+
+/// Eight pixels from some column and row on, and a sphere about which something is to be decided there.
+struct Decide<'a, const SIDE: usize, const PERSPECTIVE: bool, M> {
+    tile: &'a mut Tile<SIDE>,
+    place: &'a Place<'a, SIDE>,
+    index: i32,
+    sphere: &'a Projected,
+    at: [usize; 2],
+    twin: Option<i32>,
+    mode: PhantomData<M>,
+}
+
+impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work for Decide<'_, SIDE, PERSPECTIVE, M> {
+    type Output = Option<i32>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Option<i32> {
+        let Self { tile, place, index, sphere, at: [first, row], mut twin, .. } = self;
+        let margins = Margins::new::<PERSPECTIVE>(sphere, place.projector.screen);
+        let mut test = Test::<L>::new(&margins, false);
+        test.allow(tile.slack);
+        let [before, after] = test.lines::<PERSPECTIVE>(sphere, place.rows[row]);
+        let (sx, high) = (L::load(&place.columns[first..]), L::load(&tile.high[row][first..]));
+        let (q, b) = before.meet::<L, PERSPECTIVE>(sx);
+        let above = b.sub(high);
+        let (lose, square) = test.loses(q, above);
+        let root = square.sqrt();
+        let (win, sure) = test.wins(q, above, root);
+        let most = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
+        if win != 0 {
+            L::select(win, most, high).store(&mut tile.high[row][first..]);
+            L::mark(win, index, &mut tile.id[row][first..]);
+            tile.touch(first, row);
+        }
+        let mut open = !(win | lose);
+        let mut bounds = None;
+        while open != 0 {
+            if let Some(twin) = twin {
+                // Known to be the same sphere, under another index.
+                let same = open & L::same(twin, &tile.id[row][first..]);
+                L::mark(same, twin.min(index), &mut tile.id[row][first..]);
+                open &= !same;
+                if open == 0 {
+                    break;
+                }
+            }
+            let k = open.trailing_zeros() as usize;
+            open &= open - 1;
+            let (leasts, mosts) = bounds.get_or_insert_with(|| {
+                let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
+                let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
+                line.meet::<L, PERSPECTIVE>(sx).1.sub(root).sub(L::splat(margins.width)).store(&mut leasts);
+                most.store(&mut mosts);
+                (leasts, mosts)
+            });
+            let (at, sure) = ([first + k, row], sure >> k & 1 == 1);
+            if M::DECIDES {
+                twin = tile.settle(place, index, at, sure.then_some([leasts[k], mosts[k]])).or(twin);
+            } else {
+                tile.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
+            }
+        }
+        twin
     }
 }

@@ -54,6 +54,8 @@ enum Choice {
     Skipping,
     /// Any GPU.
     Gpu,
+    /// The same, and no scene is too small to be ordered and skipped.
+    GpuSkipping,
 }
 
 /// An opened device.
@@ -64,19 +66,20 @@ struct Drawer {
 
 /// Opens a device that must be there.
 fn open(choice: Choice) -> Drawer {
+    let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16 };
     let device = match choice {
         Choice::Cpu => Device::open(&DeviceChoice::Cpu),
-        Choice::Skipping => {
-            let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16 };
-            Ok(Device::Cpu(Box::new(Cpu::with(effort))))
-        }
-        Choice::Gpu => Device::open(&DeviceChoice::Gpu),
+        Choice::Skipping => Ok(Device::Cpu(Box::new(Cpu::with(effort)))),
+        Choice::Gpu | Choice::GpuSkipping => Device::open(&DeviceChoice::Gpu),
     };
-    let device = device.unwrap_or_else(|error| {
+    let mut device = device.unwrap_or_else(|error| {
         panic!("{choice:?}: {error}\nThese tests need both devices; on Debian: apt-get install mesa-vulkan-drivers")
     });
     let native = matches!(device, Device::Cpu(_));
-    assert_eq!(native, choice != Choice::Gpu, "{choice:?} gave {}", device.description());
+    assert_eq!(native, matches!(choice, Choice::Cpu | Choice::Skipping), "{choice:?} gave {}", device.description());
+    if let (Device::Gpu(gpu), Choice::GpuSkipping) = (&mut device, choice) {
+        gpu.set_effort(effort);
+    }
     Drawer { device, twice: choice == Choice::Skipping }
 }
 
@@ -357,6 +360,9 @@ macro_rules! on_all {
         }
         mod gpu {
             $(#[test] fn $name() { super::$name(super::Choice::Gpu); })*
+        }
+        mod gpu_skipping {
+            $(#[test] fn $name() { super::$name(super::Choice::GpuSkipping); })*
         }
     };
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 use planisphere::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
-    cpu::Cpu,
+    cpu::{Cpu, Effort},
     exact::axes::Axes,
     gpu::Gpu,
     plan::{Limits, NONE, UNDECIDED},
@@ -221,6 +221,7 @@ fn chunks_rounds_windows_batches_and_regions_do_not_show() {
                 (77, Limits { wave: 300, entries: 777, tiles: 20, round: 7 }),
             ] {
                 gpu.shrink(chunk, 7, limits);
+                gpu.set_effort(Effort { order: 0, cover: 0, ..Effort::default() });
                 let ids = draw(gpu, &scene, &view, region);
                 check(&format!("{projection:?}, {lanes}, {limits:?}"), &ids, &want, region.width, 5e-3);
                 assert_eq!(gpu.draw(&scene, &view, region).unwrap().ids, want, "{projection:?}, {lanes}, {limits:?}");
@@ -254,12 +255,20 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
             assert!(want.iter().filter(|&&id| id == large).count() > 300, "both are seen");
         }
         let mut drawings = Vec::new();
-        both_lanes(&mut portable(), |gpu, lanes| {
-            let drawing = gpu.draw(&scene, &view, region).unwrap();
-            assert!(drawing.counts.hidden.is_some_and(|hidden| hidden > 200), "{projection:?}: {:?}", drawing.counts);
-            assert_eq!(drawing.ids, want, "{projection:?}, {lanes}");
-            drawings.push(drawing);
-        });
+        for order in [Effort::default().order, 0] {
+            let mut gpu = portable();
+            gpu.set_effort(Effort { order, ..Effort::default() });
+            both_lanes(&mut gpu, |gpu, lanes| {
+                let drawing = gpu.draw(&scene, &view, region).unwrap();
+                assert!(
+                    drawing.counts.hidden.is_some_and(|hidden| hidden > 200),
+                    "{projection:?}: {:?}",
+                    drawing.counts
+                );
+                assert_eq!(drawing.ids, want, "{projection:?}, {lanes}, ordered from {order} on");
+                drawings.push(drawing);
+            });
+        }
         drawings.push(Cpu::default().draw(&scene, &view, region).unwrap());
         assert!(drawings.iter().all(|drawing| drawing.ids == want), "{projection:?}");
         assert!(drawings.iter().all(|drawing| drawing.counts.hidden > Some(200)));

@@ -108,6 +108,8 @@ f=src/bins.rs
 more 'edge of a slab, bound / 8' $f 'pub const EDGE: f64 = 4.0 * U;' 'pub const EDGE: f64 = 0.5 * U;' '' --test bounds slabs
 more 'tiles that miss a disc, bound / 8' $f 'pub const APART: f64 = 1.5;' 'pub const APART: f64 = 1.5 / 8.0;' '' --test bounds misses
 
+more 'groups hidden that begin anywhere in front' $f 'columns.all(|column| batch' 'columns.any(|column| batch' '' --test gpu large
+
 f=src/exact/dd.rs
 fault 'sum of pairs, bound / 8' $f 'const SUM: f64 = 3.0 * U * U;' 'const SUM: f64 = 3.0 / 8.0 * U * U;' '' --lib exact::dd
 more 'product of pairs, bound / 8' $f 'const PRODUCT: f64 = 5.0 * U * U;' 'const PRODUCT: f64 = 5.0 / 8.0 * U * U;' '' --lib exact::dd
@@ -150,11 +152,12 @@ more 'early stop a slab of groups too soon' $f 'if self.depths.farthest < grid.s
                 break;
             }
             groups.clear' '' --test exactness skipping::deep_tiles
-more 'backgrounds before other spheres' $f '*other == number || sphere.z + sphere.r + sphere.bound() < last.nearest()' '*other == number || sphere.nearest() < last.nearest()' '' --test exactness cpu::every_pixel
+more 'backgrounds before other spheres' $f 'other.z + other.r + other.bound() < sphere.nearest()' 'other.nearest() < sphere.nearest()' '' --test exactness cpu::every_pixel
 more 'groups hidden by their middle' $f 'Self { index, nearest: towards_eye(nearest), window }' 'Self { index, nearest: towards_eye(nearest + 1.0), window }' '' --test exactness skipping::every_pixel
 
 f=src/order.rs
 fault 'groups that do not hold their spheres' $f 'block.center(sphere).distance(middle) + block.radius(sphere)' 'block.center(sphere).distance(middle)' '' --test exactness skipping::every_pixel
+more 'of many that are the same the last is kept' $f 'hashes.par_sort_unstable();' 'hashes.par_sort_unstable_by_key(|h| (h.0, u32::MAX - h.1));' 'twice' --test exactness skipping::every_pixel
 f=src/cover.rs
 fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs() * BACK);' 'greatest = if greatest > f64::NEG_INFINITY { greatest.min(depth) } else { depth };' '' --test gpu large
 more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test gpu large

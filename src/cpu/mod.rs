@@ -8,7 +8,11 @@
 
 mod paint;
 
-use std::{ops::Range, sync::Mutex, time::Instant};
+use std::{
+    ops::Range,
+    sync::{Arc, Mutex},
+    time::Instant,
+};
 
 use rayon::prelude::*;
 
@@ -69,13 +73,20 @@ pub struct Cpu {
     /// [`Scene::identity`] of what was drawn last, and how often.
     drawn: Option<(u64, u32)>,
     /// The same scene in order, once it is drawn again; none inside if it cannot be.
-    ordered: Option<Option<Ordered>>,
+    ordered: Option<Option<Arc<Ordered>>>,
 }
 
 impl Cpu {
     /// With other thresholds, to test that they do not show.
     pub fn with(effort: Effort) -> Self {
         Self { effort, ..Self::default() }
+    }
+
+    /// Takes over the order of a scene that will be drawn.
+    pub fn adopt(&mut self, scene: &Scene, ordered: &Arc<Ordered>) {
+        if self.drawn.is_none_or(|drawn| drawn.0 != scene.identity()) || self.ordered.is_none() {
+            (self.drawn, self.ordered) = (Some((scene.identity(), 1)), Some(Some(Arc::clone(ordered))));
+        }
     }
 
     /// Finds out whether the scene is worth ordering, and orders it.
@@ -89,7 +100,7 @@ impl Cpu {
         }
         let again = before >= if scene.len() < LONG { 1 } else { PATIENCE };
         if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > BANDS) {
-            self.ordered = Some(Ordered::new(scene));
+            self.ordered = Some(Ordered::new(scene).map(Arc::new));
         }
     }
 

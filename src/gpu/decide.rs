@@ -36,24 +36,21 @@ pub struct Among<'a> {
 }
 
 /// Decides all that is left over in some tiles of a region, given in ascending order and `columns` to a row, when the lists are whole.
-/// Returns the number of pixels too.
-pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, ids: &mut [i32]) -> (usize, Tally) {
+pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, ids: &mut [i32]) -> Tally {
     let region = among.projector.region;
     let row_of_tiles = |(tiles, ids): (&[u32], &mut [i32])| {
-        let (mut pixels, mut tally) = (0, Tally::default());
+        let mut tally = Tally::default();
         let mut open = Open::default();
         for &tile in tiles {
             open.find(tile, columns, region, ids);
-            pixels += open.pixels();
             tally += open.look(among);
             open.write(region, ids);
         }
-        (pixels, tally)
+        tally
     };
-    let sum = |a: (usize, Tally), b: (usize, Tally)| {
-        let mut tally = a.1;
-        tally += b.1;
-        (a.0 + b.0, tally)
+    let sum = |mut a: Tally, b: Tally| {
+        a += b;
+        a
     };
     let mut rows = Vec::new();
     let mut rest = ids;
@@ -78,8 +75,6 @@ pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, ids: &mut [i32]) ->
 /// The pixels to decide when lists come in waves.
 pub struct Undecided {
     tiles: Vec<Open>,
-    /// How many pixels.
-    pub pixels: usize,
 }
 
 impl Undecided {
@@ -92,9 +87,7 @@ impl Undecided {
             open.find(tile, columns, region, &ids[first..ids.len().min(first + row)]);
             open
         };
-        let tiles: Vec<Open> = tiles.par_iter().map(open).collect();
-        let pixels = tiles.iter().map(Open::pixels).sum();
-        Self { tiles, pixels }
+        Self { tiles: tiles.par_iter().map(open).collect() }
     }
 
     /// Which tiles have any.
@@ -156,10 +149,6 @@ impl Open {
                 }
             }
         }
-    }
-
-    fn pixels(&self) -> usize {
-        (0..SIDE).flat_map(|row| self.state.ids(row)).filter(|&&id| id >= NONE).count()
     }
 
     /// Writes what was decided; `ids` are of the tile's row of tiles.
@@ -234,14 +223,15 @@ impl tile::Work for Paint<'_> {
         for places in wave.tile(tile as usize).chunks(LANES) {
             for (k, &place) in places.iter().enumerate() {
                 batch.index[k] = spheres.index(place);
-                let (block, at) = scene.locate(batch.index[k] as usize);
-                batch.ball[k] = Ball { center: block.center(at), radius: block.radius(at) };
+                batch.ball[k] = spheres.ball(place);
             }
             for k in 0..LANES {
                 let s = projector.project(batch.ball[k].center, batch.ball[k].radius);
-                let [across, down] = projector.extent::<PERSPECTIVE>(&s);
                 batch.sphere[k] = s;
                 batch.nearest[k] = s.nearest();
+            }
+            for k in 0..places.len() {
+                let [across, down] = projector.extent::<PERSPECTIVE>(&batch.sphere[k]);
                 batch.window[k] = [window(across, x as f64), window(down, y as f64)];
             }
             for k in 0..places.len() {

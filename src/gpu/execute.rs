@@ -288,7 +288,7 @@ pub const BACKGROUND: u32 = u32::MAX;
 pub const HOST: u32 = u32::MAX - 1;
 
 /// Puts the pixels of all tiles into their places, every one of them: of tile `t` those at `slots[t]` in `found`. Returns the tiles in which
-/// something is undecided.
+/// something is undecided, and how many pixels are in each.
 pub fn fill(
     ids: &mut [MaybeUninit<i32>],
     region: Region,
@@ -297,7 +297,7 @@ pub fn fill(
     backgrounds: &[i32],
     found: &[i32],
     spheres: Spheres<'_>,
-) -> Vec<u32> {
+) -> Vec<(u32, u32)> {
     let width = region.width as usize;
     ids.par_chunks_mut(width * TILE as usize)
         .enumerate()
@@ -308,23 +308,26 @@ pub fn fill(
                 let x = (column * TILE) as usize;
                 let across = (TILE as usize).min(width - x);
                 let slot = slots[tile as usize];
-                let mut any = slot == HOST;
+                let mut open = 0;
                 for (row, ids) in ids.chunks_mut(width).enumerate() {
                     let ids = &mut ids[x..x + across];
                     match slot {
                         BACKGROUND => ids.fill(MaybeUninit::new(backgrounds[tile as usize])),
-                        HOST => ids.fill(MaybeUninit::new(UNDECIDED)),
+                        HOST => {
+                            open += ids.len() as u32;
+                            ids.fill(MaybeUninit::new(UNDECIDED));
+                        }
                         _ => {
                             let at = slot as usize * TILE_PIXELS + row * TILE as usize;
                             for (id, &place) in ids.iter_mut().zip(&found[at..]) {
-                                any |= place == UNDECIDED;
+                                open += u32::from(place == UNDECIDED);
                                 id.write(if place < 0 { place } else { spheres.index(place as u32) as i32 });
                             }
                         }
                     }
                 }
-                if any {
-                    undecided.push(tile);
+                if open > 0 {
+                    undecided.push((tile, open));
                 }
             }
             undecided

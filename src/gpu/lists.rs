@@ -1,11 +1,11 @@
 //! Tile lists for the device: made on the host in f64, in waves where one would be too long.
 
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 use crate::{
     bins::{self, Binner, Item, Keep, Met, Window, Workspace, split, split_groups},
     camera::Region,
-    exact::decide::Truth,
+    exact::decide::{Ball, Truth},
     order::Ordered,
     plan::{Lists, TILE},
     project::{Projected, Projector},
@@ -45,7 +45,7 @@ pub struct Spheres<'a> {
     /// What decides about them in this view.
     pub truth: &'a Truth,
     /// Their order on the device; that of the scene if there is none.
-    pub ordered: Option<&'a Ordered>,
+    pub ordered: Option<&'a Arc<Ordered>>,
 }
 
 impl Spheres<'_> {
@@ -53,6 +53,21 @@ impl Spheres<'_> {
     #[inline(always)]
     pub fn index(&self, place: u32) -> u32 {
         self.ordered.map_or(place, |ordered| ordered.indices[place as usize])
+    }
+
+    /// How many places there are; fewer than spheres where many are the same.
+    pub fn places(&self) -> usize {
+        self.ordered.map_or(self.scene.len(), |ordered| ordered.len())
+    }
+
+    /// What lies at a place.
+    #[inline(always)]
+    pub fn ball(&self, place: u32) -> Ball {
+        let (block, at) = match self.ordered {
+            Some(ordered) => (&ordered.block, place as usize),
+            None => self.scene.locate(place as usize),
+        };
+        Ball { center: block.center(at), radius: block.radius(at) }
     }
 
     /// What [`Wave::collect`] takes of some places, one part a thread: groups if there are any, else spheres.
@@ -85,7 +100,7 @@ impl Wave {
         keep: &K,
     ) -> (Projector, Met) {
         let Spheres { scene, truth, ordered } = spheres;
-        let binner = Binner::new(scene, truth, region, TILE.trailing_zeros()).by_groups(ordered);
+        let binner = Binner::new(scene, truth, region, TILE.trailing_zeros()).by_groups(ordered.map(Arc::as_ref));
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);

@@ -55,7 +55,7 @@ struct Uploaded {
     chunks: Vec<Chunk>,
     /// Neighbours in space lie together on the device, so that what a tile's list names shares cache lines. None for few spheres, which
     /// fit a cache anyway and lie there as in the scene.
-    ordered: Option<Ordered>,
+    ordered: Option<Arc<Ordered>>,
 }
 
 /// An opened GPU.
@@ -68,10 +68,7 @@ pub struct Gpu {
     uploaded: Option<Uploaded>,
     uploads: u64,
     wave: Wave,
-    /// From so many spheres on it is found out what large ones hide.
-    cover: usize,
-    /// From so many on they are put in order.
-    order: usize,
+    effort: Effort,
     /// For what the device's numbers cannot hold, and pictures in which nearly every pixel is hard.
     cpu: Cpu,
     /// What went wrong outside of any call, such as a lost device.
@@ -130,6 +127,7 @@ impl Gpu {
             tiles: (binding / (TILE_PIXELS * size_of::<plan::State>())).min(1 << 16),
             round: 32_768,
         };
+        let effort = Effort { order: 1 << 15, ..Effort::default() };
         Ok(Self {
             // 64 Mi spheres in a buffer are plenty.
             chunk: (binding / 16).min(1 << 26),
@@ -139,9 +137,8 @@ impl Gpu {
             uploaded: None,
             uploads: 0,
             wave: Wave::default(),
-            cover: Effort::default().cover,
-            order: 1 << 15,
-            cpu: Cpu::default(),
+            effort,
+            cpu: Cpu::with(effort),
             fault,
         })
     }
@@ -180,8 +177,7 @@ impl Gpu {
         fits
     }
 
-    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, and scenes worth ordering and
-    /// searching for what large spheres hide, to test that it does not show.
+    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, to test that it does not show.
     pub fn shrink(&mut self, chunk: usize, workgroups: u32, limits: Limits) {
         let own = self.limits;
         self.chunk = self.chunk.min(chunk.max(1));
@@ -192,8 +188,13 @@ impl Gpu {
             tiles: own.tiles.min(limits.tiles.max(1)),
             round: own.round.min(limits.round.max(1)),
         };
-        (self.cover, self.order) = (0, 0);
         self.uploaded = None;
+    }
+
+    /// Sets from how many spheres on they are ordered, and searched for what large ones hide, to test that it does not show.
+    pub fn set_effort(&mut self, effort: Effort) {
+        self.effort = effort;
+        (self.uploaded, self.cpu) = (None, Cpu::with(effort));
     }
 
     /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the host again.
@@ -266,7 +267,7 @@ impl Gpu {
         let mut waves = 0;
         let mut projector = None;
         let mut met = Met::default();
-        let large = spheres.scene.len() >= self.cover;
+        let large = spheres.scene.len() >= self.effort.cover;
         let cover = large.then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region))).flatten();
         // What is seen where a tile has no list.
         let mut backgrounds = vec![NONE; band.tiles()];
@@ -312,6 +313,8 @@ impl Gpu {
         drawing.counts.tiles += band.tiles();
         let empty = slot_of.iter().zip(&backgrounds).filter(|&(&slot, &id)| slot == BACKGROUND && id == NONE);
         drawing.counts.empty += empty.count();
+        // What is the same as another sphere is hidden by it.
+        met.on_screen += spheres.scene.len() - spheres.places();
         drawing.counts.note(region == drawing.region, met);
         let places = match (single, slots.is_empty()) {
             (_, true) => 0,
@@ -333,13 +336,16 @@ impl Gpu {
         drawing.times.read_back += since(begin);
         if decide && self.executor.certain && !left_over.is_empty() {
             let begin = Instant::now();
+            let pixels: usize = left_over.iter().map(|tile| tile.1 as usize).sum();
+            let tiles: Vec<u32> = left_over.into_iter().map(|tile| tile.0).collect();
             // Lists of several waves are gone.
-            let (pixels, tally) = match projector.filter(|_| waves == 1) {
+            let tally = match projector.filter(|_| waves == 1) {
+                _ if pixels * 8 > region.pixels() => self.draw_on_host(spheres, region, ids)?,
                 Some(projector) => {
                     let among = Among { spheres, projector: &projector, wave: &self.wave };
-                    decide::decide(among, &left_over, band.columns, ids)
+                    decide::decide(among, &tiles, band.columns, ids)
                 }
-                None => self.decide_again(spheres, &left_over, region, &band, ids)?,
+                None => self.decide_again(spheres, &tiles, region, &band, ids),
             };
             drawing.counts.undecided += pixels;
             drawing.counts.exact += tally.big as usize;
@@ -348,7 +354,17 @@ impl Gpu {
         Ok(())
     }
 
-    /// Decides what the filter left over in some tiles, whose lists are made again. Returns the number of pixels too.
+    /// Draws a region with the native device, which is sooner done where a good part of the pixels is left over.
+    fn draw_on_host(&mut self, spheres: Spheres<'_>, region: Region, ids: &mut [i32]) -> Result<Tally, DrawError> {
+        if let Some(ordered) = spheres.ordered {
+            self.cpu.adopt(spheres.scene, ordered);
+        }
+        let drawing = self.cpu.draw(spheres.scene, spheres.truth.view(), region)?;
+        ids.copy_from_slice(&drawing.ids);
+        Ok(Tally { big: drawing.counts.exact as u64, ..Tally::default() })
+    }
+
+    /// Decides what the filter left over in some tiles, whose lists are made again.
     fn decide_again(
         &mut self,
         spheres: Spheres<'_>,
@@ -356,24 +372,17 @@ impl Gpu {
         region: Region,
         band: &Band,
         ids: &mut [i32],
-    ) -> Result<(usize, Tally), DrawError> {
+    ) -> Tally {
         let mut undecided = Undecided::find(tiles, ids, region, band.columns);
         let mut tally = Tally::default();
-        if undecided.pixels * 8 > region.pixels() {
-            // The native device's lists are shorter than those of nearly all tiles.
-            let drawing = self.cpu.draw(spheres.scene, spheres.truth.view(), region)?;
-            ids.copy_from_slice(&drawing.ids);
-            tally.big = drawing.counts.exact as u64;
-            return Ok((undecided.pixels, tally));
-        }
         let mask = undecided.mask(band.tiles());
-        let mut left = spheres.split(0..spheres.scene.len());
+        let mut left = spheres.split(0..spheres.places());
         while !left.iter().all(Range::is_empty) {
             let (projector, _) = &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
             tally += undecided.look(Among { spheres, projector, wave: &self.wave });
         }
         undecided.write(ids, region);
-        Ok((undecided.pixels, tally))
+        tally
     }
 
     /// Puts a scene on the device unless it is there.
@@ -381,17 +390,18 @@ impl Gpu {
         if self.uploaded.as_ref().is_some_and(|uploaded| uploaded.identity == scene.identity()) {
             return Ok(());
         }
-        self.uploaded = None;
+        // What is kept of another scene.
+        (self.uploaded, self.cpu) = (None, Cpu::with(self.effort));
         let fixed = Fixed::new(&scene.bounds());
-        let starts = (0..scene.len()).step_by(self.chunk);
-        let ranges: Vec<Range<usize>> = starts.map(|at| at..scene.len().min(at + self.chunk)).collect();
         let mut chunks = Vec::new();
         let mut ordered = None;
         if let Some(fixed) = &fixed {
-            if scene.len() >= self.order {
-                ordered = Ordered::coarse(scene, &ranges);
+            if scene.len() >= self.effort.order {
+                ordered = Ordered::coarse(scene, self.chunk).map(Arc::new);
             }
-            for range in ranges {
+            let places = ordered.as_ref().map_or(scene.len(), |ordered| ordered.len());
+            let part = self.chunk;
+            for range in (0..places).step_by(part).map(|start| start..places.min(start + part)) {
                 let buffer = self.guarded(|gpu| {
                     let buffer = gpu.executor.device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some("spheres"),
@@ -399,7 +409,7 @@ impl Gpu {
                         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                         mapped_at_creation: false,
                     });
-                    gpu.send_spheres(scene, fixed, ordered.as_ref(), range.clone(), &buffer);
+                    gpu.send_spheres(scene, fixed, ordered.as_deref(), range.clone(), &buffer);
                     Ok(buffer)
                 })?;
                 self.uploads += range.len() as u64 * 16;
