@@ -24,7 +24,7 @@ use planisphere::{
     cpu::{Cpu, Effort},
     frame::depth_plane,
     render::{Device, DeviceChoice},
-    scene::{Scene, Sphere},
+    scene::{Block, Scene, Sphere},
 };
 use rayon::prelude::*;
 
@@ -399,16 +399,31 @@ on_all! {
         // Lists of many slabs, most of them hidden; the reference has no early stop.
         let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut drawer = open(choice);
-        let image = ImageSize { width: 210, height: 210 };
+        let image = ImageSize { width: 70, height: 70 };
+        let region = Region::whole(image);
         for count in [20_000, 200_000] {
             for projection in [Projection::Orthographic, Projection::Perspective] {
                 let made = Recipe { projection, ..Recipe::new(Kind::Uniform, count) }.make(image);
                 // So near that no background is seen, which would let no tile stop.
-                let camera = Camera { size: ScreenSize::Width(0.3), ..made.camera };
-                let (view, region) = (View::new(camera, image), Region::whole(image));
+                let near = Camera { size: ScreenSize::Width(0.15), ..made.camera };
+                let view = View::new(near, image);
                 let got = draw(&mut drawer, &made.scene, &view, region, &made.name);
                 assert!(count < 100_000 || got.iter().all(|&id| id >= 0), "all is covered");
                 assert!(got == reference::exact(&made.scene, &view, region).ids, "{count}, {projection:?}");
+                // A large sphere that begins before all others and slopes through them: tiles are covered soon, and what is
+                // nearer comes late.
+                let bounds = made.scene.bounds();
+                let middle = 0.5 * (bounds.min_center + bounds.max_center);
+                let aside = DVec3::new(0.3, 1.0, -0.5).cross(made.camera.view).normalize();
+                let center = middle + 2.0 * made.camera.view.normalize() + 1.8 * aside;
+                let large = Sphere { center, radius: 2.7, color: [0; 3] };
+                let blocks = made.scene.blocks().map(|(_, block)| block.clone()).chain([Block::from_spheres(&[large])]);
+                let scene = Scene::new(blocks.collect()).unwrap();
+                let view = View::new(made.camera, image);
+                let got = draw(&mut drawer, &scene, &view, region, &made.name);
+                let seen = got.iter().filter(|&&id| id == count as i32).count();
+                assert!((200..4000).contains(&seen), "of the large sphere {seen} pixels are seen");
+                assert!(got == reference::exact(&scene, &view, region).ids, "{count}, {projection:?}, with a large sphere");
             }
         }
     }
