@@ -62,6 +62,7 @@ impl<T: Pod + Send + Sync> Column<T> {
     }
 
     /// The numbers.
+    #[inline]
     pub fn as_slice(&self) -> &[T] {
         bytemuck::cast_slice(&(*self.bytes).as_ref()[self.range.clone()])
     }
@@ -98,6 +99,7 @@ impl Reals {
     }
 
     /// Number `index`.
+    #[inline]
     pub fn get(&self, index: usize) -> f64 {
         match self {
             Self::F32(values) => f64::from(values.as_slice()[index]),
@@ -156,6 +158,7 @@ impl Block {
     }
 
     /// Centre of sphere `index` of this block.
+    #[inline]
     pub fn center(&self, index: usize) -> DVec3 {
         match &self.centers {
             Reals::F32(c) => {
@@ -167,6 +170,7 @@ impl Block {
     }
 
     /// Radius of sphere `index` of this block.
+    #[inline]
     pub fn radius(&self, index: usize) -> f64 {
         match &self.radii {
             Radii::Same(radius) => *radius,

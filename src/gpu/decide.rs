@@ -171,13 +171,10 @@ impl Open {
 
 /// Spheres that may be nearest.
 struct Batch {
-    index: [u32; LANES],
     ball: [Ball; LANES],
     sphere: [Projected; LANES],
     /// Nothing of the sphere is nearer.
     nearest: [f64; LANES],
-    /// Columns and rows of the tile in which it may be seen.
-    window: [[u8; 2]; LANES],
 }
 
 /// Bits `first ..= last` of a row of a tile that begins at `from`; what is NaN reaches the tile's side.
@@ -209,20 +206,13 @@ impl tile::Work for Paint<'_> {
         state.begin::<Exact>(&place);
         let disorder = wave.lists().disorder * truth.scale() * (1.0 + 4.0 * f64::EPSILON);
         let zero = Ball { center: DVec3::ZERO, radius: 0.0 };
-        let mut batch = Batch {
-            index: [0; LANES],
-            ball: [zero; LANES],
-            sphere: [Projected::default(); LANES],
-            nearest: [0.0; LANES],
-            window: [[0; 2]; LANES],
-        };
+        let mut batch = Batch { ball: [zero; LANES], sphere: [Projected::default(); LANES], nearest: [0.0; LANES] };
         // The last spheres that were looked at: a later one that is the same is nowhere seen.
         let mut depths = [f64::INFINITY; SEEN];
         let mut seen = [(u32::MAX, zero); SEEN];
         let mut count = 0;
         for places in wave.tile(tile as usize).chunks(LANES) {
             for (k, &place) in places.iter().enumerate() {
-                batch.index[k] = spheres.index(place);
                 batch.ball[k] = spheres.ball(place);
             }
             for k in 0..LANES {
@@ -230,12 +220,8 @@ impl tile::Work for Paint<'_> {
                 batch.sphere[k] = s;
                 batch.nearest[k] = s.nearest();
             }
-            for k in 0..places.len() {
-                let [across, down] = projector.extent::<PERSPECTIVE>(&batch.sphere[k]);
-                batch.window[k] = [window(across, x as f64), window(down, y as f64)];
-            }
-            for k in 0..places.len() {
-                let (sphere, nearest, [across, down]) = (batch.sphere[k], batch.nearest[k], batch.window[k]);
+            for (k, &at) in places.iter().enumerate() {
+                let (sphere, nearest) = (batch.sphere[k], batch.nearest[k]);
                 if nearest > *farthest {
                     // No later sphere begins nearer than this by more than the disorder, and the roundings of both places.
                     if nearest - sphere.bound() - disorder > *farthest {
@@ -243,11 +229,12 @@ impl tile::Work for Paint<'_> {
                     }
                     continue;
                 }
-                let rows_seen = down & open_rows;
-                if rows_seen == 0 || across & open_columns == 0 {
+                let [across, down] = projector.extent::<PERSPECTIVE>(&sphere);
+                let rows_seen = window(down, y as f64) & open_rows;
+                if rows_seen == 0 || window(across, x as f64) & open_columns == 0 {
                     continue;
                 }
-                let (index, ball, z) = (batch.index[k], batch.ball[k], L::splat(sphere.z));
+                let (index, ball, z) = (spheres.index(at), batch.ball[k], L::splat(sphere.z));
                 let mut again = false;
                 for first in (0..SEEN).step_by(LANES) {
                     let depths = L::load(&depths[first..]);
