@@ -242,7 +242,7 @@ impl<'a> Binner<'a> {
         Self { ordered, ..self }
     }
 
-    /// Pixels that the boxes of what is kept cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch in `step`.
+    /// Pixels that the boxes of what is kept cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch of the scene in `step`.
     pub fn sample<K: Keep>(&self, step: usize, keep: &K) -> Vec<u64> {
         let mut areas = vec![0u64; self.grid.tiles() * self.grid.slabs as usize];
         for first in (0..self.scene.len()).step_by(step * BATCH) {

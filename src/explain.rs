@@ -150,7 +150,8 @@ pub fn memory(facts: &Facts) -> u64 {
             let state = u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64;
             state + u64::from(in_order(facts)) * order::BYTES * spheres
         }
-        // The order of the spheres; on a software device their copy, and all that is known of pixels.
+        // A part of the order of the spheres (which is made only where twice as much as all of it is free, see `order`, and nothing is
+        // refused for its sake); on a software device their copy, and all that is known of pixels.
         Engine::Gpu { software, .. } => {
             let band = facts.region.pixels().min(facts.band) as u64;
             let driver = if software { 96 << 20 } else { 160 << 20 };

@@ -1,8 +1,8 @@
 //! Spheres in an order in which neighbours in space lie together, in groups with a sphere around each.
 //!
-//! What is drawn more than once is worth ordering: a group that is off the screen or hidden is skipped with all its spheres. Order
-//! and groups are made once for a scene; they only decide the order of work, and no bound rests on them but one: a group's sphere
-//! holds its spheres whole.
+//! A group that is off the screen or hidden is skipped with all its spheres: that is worth it for what is drawn more than once, and on
+//! a GPU, which takes spheres in this order, at once. It is made once for a scene, and exactness rests on two things here: a group's
+//! sphere holds its spheres whole, and what is left out is the same as an earlier sphere.
 
 use std::ops::Range;
 
@@ -39,12 +39,18 @@ impl Ordered {
     /// many. None where exponents are so extreme that squares of f64 could leave their range, or
     /// memory is short: without it everything works, slower.
     pub fn new(scene: &Scene) -> Option<Self> {
-        usable(scene).then(|| Self::of(scene, arranged(scene, &distinct(scene))))
+        usable(scene).then(|| {
+            let arranged = arranged(scene, &distinct(scene));
+            Self::of(scene, arranged)
+        })
     }
 
     /// The same, several times sooner made, with looser groups. No group lies across a multiple of `part` spheres.
     pub fn coarse(scene: &Scene, part: usize) -> Option<Self> {
-        usable(scene).then(|| Self::of(scene, along_a_curve(scene, &distinct(scene), part)))
+        usable(scene).then(|| {
+            let arranged = along_a_curve(scene, &distinct(scene), part);
+            Self::of(scene, arranged)
+        })
     }
 
     /// Number of spheres.
