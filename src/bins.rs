@@ -374,7 +374,9 @@ impl<I> Default for Workspace<I> {
     }
 }
 
-/// What one thread finds.
+/// What one thread finds. Lengths of vectors change with every item: two threads' must not share a cache line, nor a pair of lines, which are
+/// fetched together.
+#[repr(align(128))]
 struct Found<I> {
     items: Vec<I>,
     /// Tile and slab of each item.
