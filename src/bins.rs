@@ -14,7 +14,7 @@ use crate::{
     exact::decide::Truth,
     order::{GROUP, Ordered},
     project::{BATCH, Batch, Projected, Projector, U},
-    scene::Scene,
+    scene::{Block, Scene},
     simd,
 };
 
@@ -24,6 +24,9 @@ pub const EDGE: f64 = 4.0 * U;
 const MOST_SLABS: u64 = 64;
 /// A tile misses a disc if it is farther from the middle than the radius by this many position bounds, see [`Binner::misses`].
 pub const APART: f64 = 1.5;
+
+/// To write fewer entries, other threads are not woken.
+const FEW: usize = 1 << 15;
 
 /// The tiles and slabs of a region.
 #[derive(Clone, Copy, Debug)]
@@ -53,15 +56,28 @@ impl Grid {
             (low, high) = (low.min(s.nearest()), high.max(s.z));
         }
         (low, high) = (low.max(projector.near - 2.0 * bounds.max_radius * projector.scale), high.min(projector.far));
-        // A slab to about 4,096 spheres a tile is plenty; few tiles may have more slabs.
-        let tiles = u64::from(columns) * u64::from(rows);
-        let by_tiles = (1 << 18) / tiles.max(1);
-        let by_spheres = scene.len() as u64 / 256;
-        let wanted = by_tiles.min(by_spheres).clamp(1, MOST_SLABS) as u32;
-        let per_depth = f64::from(wanted) / (high - low);
+        let per_depth = 1.0 / (high - low);
         let usable = per_depth.is_finite() && per_depth > 0.0 && low.is_finite();
-        let (slabs, per_depth) = if usable { (wanted, per_depth) } else { (1, 0.0) };
-        Self { shift, columns, rows, slabs, start: low, per_depth }
+        let per_depth = if usable { per_depth } else { 0.0 };
+        let one = Self { shift, columns, rows, slabs: 1, start: low, per_depth };
+        one.with_slabs(Self::wanted(one.tiles(), scene.len() as f64))
+    }
+
+    /// How many slabs so many spheres want.
+    fn wanted(tiles: usize, spheres: f64) -> u32 {
+        // A slab to about 4,096 spheres a tile is plenty; few tiles may have more slabs.
+        let by_tiles = (1 << 18) / tiles.max(1) as u64;
+        let by_spheres = (spheres / 256.0) as u64;
+        by_tiles.min(by_spheres).clamp(1, MOST_SLABS) as u32
+    }
+
+    /// The same with so many slabs, if there can be several.
+    fn with_slabs(self, slabs: u32) -> Self {
+        if self.per_depth > 0.0 {
+            Self { slabs, per_depth: self.per_depth * (f64::from(slabs) / f64::from(self.slabs)), ..self }
+        } else {
+            self
+        }
     }
 
     /// Number of tiles.
@@ -242,6 +258,13 @@ impl<'a> Binner<'a> {
         Self { ordered, ..self }
     }
 
+    /// With as many slabs as what is kept is worth, as a part of the groups tells.
+    pub fn for_kept<K: Keep>(mut self, keep: &K) -> Self {
+        let share = simd::dispatch(Share { binner: &self, keep });
+        self.grid = self.grid.with_slabs(Grid::wanted(self.grid.tiles(), share * self.scene.len() as f64));
+        self
+    }
+
     /// Pixels that the boxes of what is kept cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch of the scene in `step`.
     pub fn sample<K: Keep>(&self, step: usize, keep: &K) -> Vec<u64> {
         let mut areas = vec![0u64; self.grid.tiles() * self.grid.slabs as usize];
@@ -344,7 +367,7 @@ impl<'a> Binner<'a> {
         lists.entries.clear();
         lists.entries.reserve(limit);
         let target = Target(lists.entries.as_mut_ptr());
-        found.par_iter_mut().for_each(|Found { items, keys, counts, .. }| {
+        let write = |Found { items, keys, counts, .. }: &mut Found<I>| {
             let target = &target;
             for (item, key) in items.iter().zip(&*keys) {
                 let at = counts[*key as usize];
@@ -354,7 +377,12 @@ impl<'a> Binner<'a> {
                 // range of its own, as long as the number of its items.
                 unsafe { target.0.add(at as usize).write(*item) };
             }
-        });
+        };
+        if limit < FEW {
+            found.iter_mut().for_each(write);
+        } else {
+            found.par_iter_mut().for_each(write);
+        }
         // SAFETY: the ranges that the scan gave out cover 0..total, and each part filled its own.
         unsafe { lists.entries.set_len(limit) };
         lists
@@ -461,14 +489,13 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> simd
         let Some((_, groups)) = ordered.groups.blocks().next() else { return (end, met) };
         let mut around = Batch::default();
         for some in (start..end).step_by(BATCH) {
-            projector.project_batch(groups, some, &mut around);
-            projector.footprints(&mut around);
-            let mut on_screen = around.on_screen(around.len.min(end - some));
+            let [mut on_screen, hidden] =
+                self.binner.groups_seen(groups, (self.keep, farthest), some..end, &mut around);
             while on_screen != 0 {
                 let k = on_screen.trailing_zeros() as usize;
                 on_screen &= on_screen - 1;
                 let [first, next] = [0, 1].map(|more| ordered.starts[some + k + more] as usize);
-                if around.nearest[k] > farthest || self.hides(&around, k) {
+                if hidden >> k & 1 == 1 {
                     met.on_screen += next - first;
                     continue;
                 }
@@ -524,18 +551,6 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
         found
     }
 
-    /// Whether nothing that a sphere of a batch holds is kept, as it all begins too far away.
-    #[inline(always)]
-    fn hides(&self, batch: &Batch, k: usize) -> bool {
-        let grid = &self.binner.grid;
-        let tiles = |first: i32, last: i32| (first >> grid.shift) as usize..=(last >> grid.shift) as usize;
-        let mut rows = tiles(batch.top[k], batch.bottom[k]);
-        rows.all(|row| {
-            let mut columns = tiles(batch.left[k], batch.right[k]);
-            columns.all(|column| batch.nearest[k] > self.keep.depths(row * grid.columns as usize + column)[1])
-        })
-    }
-
     #[inline(always)]
     fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> usize {
         let grid = &self.binner.grid;
@@ -572,7 +587,65 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
     }
 }
 
+/// The share of groups of which anything may be kept.
+struct Share<'a, K> {
+    binner: &'a Binner<'a>,
+    keep: &'a K,
+}
+
+impl<K: Keep> simd::Work for Share<'_, K> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: simd::Lanes>(self) -> f64 {
+        // So many batches tell enough.
+        const BATCHES: usize = 64;
+        let Self { binner, keep } = self;
+        let Some((_, groups)) = binner.ordered.and_then(|ordered| ordered.groups.blocks().next()) else { return 1.0 };
+        let mut around = Batch::default();
+        let (farthest, mut seen, mut of) = (keep.farthest(), 0, 0);
+        let step = groups.len().div_ceil(BATCHES * BATCH) * BATCH;
+        for some in (0..groups.len()).step_by(step) {
+            let [on_screen, hidden] = binner.groups_seen(groups, (keep, farthest), some..groups.len(), &mut around);
+            seen += (on_screen & !hidden).count_ones();
+            of += around.len;
+        }
+        f64::from(seen) / of as f64
+    }
+}
+
 impl Binner<'_> {
+    /// Of the first batch of some groups: which are on the screen, and of which of these nothing is kept, as it all begins too far away; a bit for
+    /// each. `farthest` is [`Keep::farthest`].
+    #[inline(always)]
+    fn groups_seen<K: Keep>(
+        &self,
+        groups: &Block,
+        (keep, farthest): (&K, f64),
+        some: Range<usize>,
+        around: &mut Batch,
+    ) -> [u64; 2] {
+        let Self { grid, projector, .. } = self;
+        projector.project_batch(groups, some.start, around);
+        projector.footprints(around);
+        let on_screen = around.on_screen(around.len.min(some.len()));
+        let (mut left, mut hidden) = (on_screen, 0);
+        while left != 0 {
+            let k = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let nearest = around.nearest[k];
+            let tiles = |first: i32, last: i32| (first >> grid.shift) as usize..=(last >> grid.shift) as usize;
+            let hides = || {
+                tiles(around.top[k], around.bottom[k]).all(|row| {
+                    let mut columns = tiles(around.left[k], around.right[k]);
+                    columns.all(|column| nearest > keep.depths(row * grid.columns as usize + column)[1])
+                })
+            };
+            hidden |= u64::from(nearest > farthest || hides()) << k;
+        }
+        [on_screen, hidden]
+    }
+
     /// Whether a tile inside a sphere's bounding box lies outside its disc, for certain; only told for parallel rays.
     #[inline(always)]
     pub fn misses(&self, sphere: &Projected, column: i32, row: i32) -> bool {

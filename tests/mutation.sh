@@ -108,7 +108,7 @@ f=src/bins.rs
 more 'edge of a slab, bound / 8' $f 'pub const EDGE: f64 = 4.0 * U;' 'pub const EDGE: f64 = 0.5 * U;' '' --test bounds slabs
 more 'tiles that miss a disc, bound / 8' $f 'pub const APART: f64 = 1.5;' 'pub const APART: f64 = 1.5 / 8.0;' '' --test bounds misses
 
-more 'groups hidden that begin anywhere in front' $f 'columns.all(|column| batch' 'columns.any(|column| batch' '' --test gpu large
+more 'groups hidden that begin anywhere in front' $f 'columns.all(|column| nearest' 'columns.any(|column| nearest' '' --test gpu large
 
 f=src/exact/dd.rs
 fault 'sum of pairs, bound / 8' $f 'const SUM: f64 = 3.0 * U * U;' 'const SUM: f64 = 3.0 / 8.0 * U * U;' '' --lib exact::dd

@@ -44,7 +44,8 @@ pub struct Executor {
     planes: Growing,
     ids: Growing,
     states: Growing,
-    staging: Growing,
+    /// Where ids are copied for the host to read; none where it reads them in place.
+    staging: Option<Growing>,
 }
 
 impl Executor {
@@ -52,6 +53,8 @@ impl Executor {
     pub fn new(device: wgpu::Device, queue: wgpu::Queue, lanes: Lanes) -> Self {
         use wgpu::BufferUsages as U;
         let storage = U::STORAGE | U::COPY_DST;
+        // A device that is software has but one memory.
+        let in_place = device.features().contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS);
         Self {
             lanes,
             certain: true,
@@ -63,9 +66,9 @@ impl Executor {
             tiles: Growing::new("tiles", storage),
             fans: Growing::new("fans", storage),
             planes: Growing::new("planes", storage),
-            ids: Growing::new("ids", U::STORAGE | U::COPY_SRC),
+            ids: Growing::new("ids", U::STORAGE | if in_place { U::MAP_READ } else { U::COPY_SRC }),
             states: Growing::new("states", U::STORAGE),
-            staging: Growing::new("staging", U::MAP_READ | U::COPY_DST),
+            staging: (!in_place).then(|| Growing::new("staging", U::MAP_READ | U::COPY_DST)),
             device,
             queue,
         }
@@ -186,12 +189,13 @@ impl Executor {
         let submission = queue.submit([encoder.finish()]);
         self.dispatches += 1;
         // Uploads of later passes wait in memory until earlier ones are done.
-        self.wait(submission)
+        self.wait(Some(submission))
     }
 
-    pub fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), DrawError> {
+    /// Until a submission is done, or the last.
+    pub fn wait(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), DrawError> {
         self.device
-            .poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(PATIENCE) })
+            .poll(wgpu::PollType::Wait { submission_index, timeout: Some(PATIENCE) })
             .map(|_| ())
             .map_err(|error| DrawError::Device(error.to_string()))
     }
@@ -203,25 +207,32 @@ impl Executor {
             take(&[]);
             return Ok(());
         }
-        self.staging.reserve(&self.device, size);
-        let (Some(ids), Some(staging)) = (self.ids.get(), self.staging.get()) else {
+        let Some(ids) = self.ids.get() else {
             return Err(DrawError::Device("there are no ids to bring back".into()));
         };
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
-        let submission = self.queue.submit([encoder.finish()]);
-        let slice = staging.slice(..size);
+        let mut copied = None;
+        let readable = match &mut self.staging {
+            None => ids.clone(),
+            Some(staging) => {
+                let staging = staging.reserve(&self.device, size);
+                let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
+                copied = Some(self.queue.submit([encoder.finish()]));
+                staging.clone()
+            }
+        };
+        let slice = readable.slice(..size);
         let (sender, receiver) = std::sync::mpsc::channel();
         slice.map_async(wgpu::MapMode::Read, move |result| {
             let _ = sender.send(result);
         });
-        self.wait(submission)?;
+        self.wait(copied)?;
         let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
         receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
         let view = slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
         take(bytemuck::cast_slice(&view));
         drop(view);
-        staging.unmap();
+        readable.unmap();
         Ok(())
     }
 

@@ -100,7 +100,8 @@ impl Wave {
         keep: &K,
     ) -> (Projector, Met) {
         let Spheres { scene, truth, ordered } = spheres;
-        let binner = Binner::new(scene, truth, region, TILE.trailing_zeros()).by_groups(ordered.map(Arc::as_ref));
+        let binner =
+            Binner::new(scene, truth, region, TILE.trailing_zeros()).by_groups(ordered.map(Arc::as_ref)).for_kept(keep);
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);

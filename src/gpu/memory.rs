@@ -19,30 +19,29 @@ impl Growing {
         Self { label, usage, buffer: None, used: 0 }
     }
 
-    /// Makes room for `size` bytes; what was there is lost when it grows.
-    pub fn reserve(&mut self, device: &wgpu::Device, size: u64) {
+    /// The buffer with room for `size` bytes; what was there is lost when it grows.
+    pub fn reserve(&mut self, device: &wgpu::Device, size: u64) -> &wgpu::Buffer {
         let size = size.max(256).next_multiple_of(4);
         self.used = size;
-        if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < size) {
+        // One that is too small goes before the next is made.
+        self.buffer.take_if(|buffer| buffer.size() < size);
+        self.buffer.get_or_insert_with(|| {
             // A quarter more, so that a turning camera does not allocate every frame.
             let roomy = (size + size / 4).next_multiple_of(256).min(device.limits().max_buffer_size);
-            self.buffer = None;
-            self.buffer = Some(device.create_buffer(&wgpu::BufferDescriptor {
+            device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(self.label),
                 size: roomy.max(size),
                 usage: self.usage,
                 mapped_at_creation: false,
-            }));
-        }
+            })
+        })
     }
 
     /// Replaces the content.
     pub fn write<T: Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, values: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(values);
-        self.reserve(device, bytes.len() as u64);
-        if let Some(buffer) = &self.buffer {
-            queue.write_buffer(buffer, 0, bytes);
-        }
+        let buffer = self.reserve(device, bytes.len() as u64);
+        queue.write_buffer(buffer, 0, bytes);
     }
 
     /// The buffer, once something was asked for.

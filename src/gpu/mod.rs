@@ -99,10 +99,13 @@ impl Gpu {
             max_compute_workgroups_per_dimension: offered.max_compute_workgroups_per_dimension,
             ..wgpu::Limits::downlevel_defaults()
         };
-        let features = match suitability.lanes {
+        let mut features = match suitability.lanes {
             Lanes::Eight => wgpu::Features::SUBGROUP,
             Lanes::Alone => wgpu::Features::empty(),
         };
+        if info.device_type == wgpu::DeviceType::Cpu {
+            features |= adapter.features() & wgpu::Features::MAPPABLE_PRIMARY_BUFFERS;
+        }
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("planisphere"),
             required_features: features,

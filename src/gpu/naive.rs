@@ -140,7 +140,7 @@ impl Naive {
         slice.map_async(wgpu::MapMode::Read, move |result| {
             let _ = sender.send(result);
         });
-        gpu.executor.wait(submission)?;
+        gpu.executor.wait(Some(submission))?;
         let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
         receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
         let mapped = slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
