@@ -160,6 +160,12 @@ pub trait Keep: Sync {
         f64::INFINITY
     }
 
+    /// A sphere that hides all that is not kept in a tile, by its index, and where it begins: it is listed only where something else is.
+    #[inline(always)]
+    fn behind(&self, _tile: usize) -> Option<(u32, f64)> {
+        None
+    }
+
     /// Whether a sphere that begins in the range is kept, given its pixels in the tile.
     fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool;
 }
@@ -309,18 +315,26 @@ impl<'a> Binner<'a> {
             found.keys.clear();
             found.nearest.clear();
             found.nearest.resize(if I::BY_TILE { self.grid.tiles() } else { 0 }, f64::INFINITY);
-            let emit = |key: usize, tile: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
-                if I::BY_TILE {
-                    let least = &mut found.nearest[tile];
-                    *least = if nearest < *least { nearest } else { *least };
-                }
-                found.counts[key] += 1;
-                found.keys.push(key as u32);
-                found.items.push(I::new(sphere, nearest, index, window));
-                found.items.len()
+            let emit = |_, tile: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+                found.add(&self.grid, tile, nearest, I::new(sphere, nearest, index, window))
             };
             (left.start, found.met) = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
         });
+        if I::BY_TILE {
+            for tile in 0..self.grid.tiles() {
+                if let Some((index, nearest)) = keep.behind(tile)
+                    && found.iter().any(|found| found.nearest[tile] < f64::INFINITY)
+                    && let Some(first) = found.first_mut()
+                {
+                    first.add(
+                        &self.grid,
+                        tile,
+                        nearest,
+                        I::new(Projected::default(), nearest, index, Window::default()),
+                    );
+                }
+            }
+        }
         lists.met = Met::default();
         found.iter().for_each(|found| lists.met += found.met);
         lists.nearest.clear();
@@ -415,6 +429,22 @@ struct Found<I> {
     nearest: Vec<f64>,
     /// What was met on the way.
     met: Met,
+}
+
+impl<I: Item> Found<I> {
+    /// An item that begins at a depth, in a tile's list. Returns how many items there are.
+    #[inline(always)]
+    fn add(&mut self, grid: &Grid, tile: usize, nearest: f64, item: I) -> usize {
+        if I::BY_TILE {
+            let least = &mut self.nearest[tile];
+            *least = if nearest < *least { nearest } else { *least };
+        }
+        let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
+        self.counts[key] += 1;
+        self.keys.push(key as u32);
+        self.items.push(item);
+        self.items.len()
+    }
 }
 
 impl<I> Default for Found<I> {
@@ -545,23 +575,28 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
             let k = seen.trailing_zeros() as usize;
             seen &= seen - 1;
             let before = found;
-            found = self.place(batch, k, (first + k) as u32, found);
-            met.listed += usize::from(found != before);
+            let behind;
+            (found, behind) = self.place(batch, k, (first + k) as u32, found);
+            met.listed += usize::from(found != before || behind);
         }
         found
     }
 
+    /// Offers a sphere to its tiles. Returns what `emit` said last, and whether the sphere lies behind all else in some.
     #[inline(always)]
-    fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> usize {
+    fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> (usize, bool) {
         let grid = &self.binner.grid;
         let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
         let (left_tile, right_tile) = (left >> grid.shift, right >> grid.shift);
         let (top_tile, bottom_tile) = (top >> grid.shift, bottom >> grid.shift);
         let nearest = batch.nearest[k];
         let last = (1 << grid.shift) - 1;
+        let mut behind = false;
         let mut offer = |column: i32, row: i32, window: Window| {
             let tile = row as usize * grid.columns as usize + column as usize;
-            if !outside(nearest, self.keep.depths(tile)) && self.keep.keep(tile, nearest, window) {
+            if self.keep.behind(tile).is_some_and(|(other, _)| other == index) {
+                behind = true;
+            } else if !outside(nearest, self.keep.depths(tile)) && self.keep.keep(tile, nearest, window) {
                 let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
                 found = (self.emit)(key, tile, batch.sphere(k), nearest, index, window);
             }
@@ -570,7 +605,7 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
             // Most small spheres.
             let inside = |value: i32| (value & last) as u8;
             offer(left_tile, top_tile, [inside(left), inside(right), inside(top), inside(bottom)]);
-            return found;
+            return (found, behind);
         }
         let many = right_tile - left_tile > 1 && bottom_tile - top_tile > 1;
         for row in top_tile..=bottom_tile {
@@ -583,7 +618,7 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
                 offer(column, row, [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)]);
             }
         }
-        found
+        (found, behind)
     }
 }
 

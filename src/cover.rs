@@ -25,18 +25,22 @@ pub struct Cover {
     columns: usize,
     /// Of each block, row by row; infinite where it is not covered.
     depths: Vec<f64>,
+    /// What covers it: which of the scene's large spheres.
+    by: Vec<u32>,
+    /// Where each of these begins.
+    nearest: Vec<f64>,
 }
 
 impl Cover {
     /// Of a region; none if no sphere is much larger than others, or none of these covers a block.
     pub fn new(scene: &Scene, projector: &Projector) -> Option<Self> {
-        let bounds = scene.bounds();
-        if bounds.max_radius < 8.0 * bounds.min_radius || !projector.screen.has_depths() {
+        if !Self::may_be(scene) || !projector.screen.has_depths() {
             return None;
         }
         let blocks = |pixels: u32| (pixels as usize).div_ceil(BLOCK);
         let (columns, rows) = (blocks(projector.region.width), blocks(projector.region.height));
-        let mut cover = Self { columns, depths: vec![f64::INFINITY; columns * rows] };
+        let blocks = columns * rows;
+        let mut cover = Self { columns, depths: vec![f64::INFINITY; blocks], by: vec![0; blocks], nearest: Vec::new() };
         for &index in scene.large() {
             let (block, at) = scene.locate(index as usize);
             let sphere = projector.project(block.center(at), block.radius(at));
@@ -44,8 +48,14 @@ impl Cover {
                 Projection::Orthographic => cover.add::<false>(projector, &sphere),
                 Projection::Perspective => cover.add::<true>(projector, &sphere),
             }
+            cover.nearest.push(sphere.nearest());
         }
         cover.depths.iter().any(|depth| *depth < f64::INFINITY).then_some(cover)
+    }
+
+    /// Whether some spheres of a scene are so much larger than others that it is worth a look.
+    pub fn may_be(scene: &Scene) -> bool {
+        scene.bounds().max_radius >= 8.0 * scene.bounds().min_radius
     }
 
     /// The depth behind which nothing is seen in the block of a column and a row of blocks; beyond the region, nothing is.
@@ -54,11 +64,14 @@ impl Cover {
         self.depths.get(row * self.columns + column).filter(|_| inside).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// Whether block number `tile` is covered by one sphere.
-    pub fn covers(&self, tile: usize) -> bool {
-        self.depths[tile] < f64::INFINITY
+    /// What covers block number `tile`: which of the scene's large spheres, and where it begins.
+    #[inline(always)]
+    pub fn sphere(&self, tile: usize) -> Option<(usize, f64)> {
+        let by = self.by[tile] as usize;
+        (self.depths[tile] < f64::INFINITY).then(|| (by, self.nearest[by]))
     }
 
+    /// The next of the large spheres.
     fn add<const PERSPECTIVE: bool>(&mut self, projector: &Projector, sphere: &Projected) {
         if projector.cuts(sphere) {
             return;
@@ -84,8 +97,10 @@ impl Cover {
                             greatest::<PERSPECTIVE>(projector, sphere, &margins, across, down)
                         };
                         if let Some(depth) = whole.or_else(of_block) {
-                            let old = &mut self.depths[row / BLOCK * self.columns + column / BLOCK];
-                            *old = old.min(depth);
+                            let at = row / BLOCK * self.columns + column / BLOCK;
+                            if depth < self.depths[at] {
+                                (self.depths[at], self.by[at]) = (depth, self.nearest.len() as u32);
+                            }
                         }
                     }
                 }

@@ -92,6 +92,15 @@ impl Ordered {
         Self { block, indices, starts, groups: groups.expect("finite and positive, as the exponents are not extreme") }
     }
 
+    /// Where some spheres lie, given by ascending indices in the scene; none for those that are left out.
+    pub fn places_of(&self, indices: &[u32]) -> Vec<Option<u32>> {
+        let number = |(place, index): (usize, &u32)| Some((indices.binary_search(index).ok()?, place as u32));
+        let found: Vec<(usize, u32)> = self.indices.par_iter().enumerate().filter_map(number).collect();
+        let mut places = vec![None; indices.len()];
+        found.into_iter().for_each(|(number, place)| places[number] = Some(place));
+        places
+    }
+
     /// The groups of some consecutive spheres, which begin and end with groups.
     pub fn groups_of(&self, spheres: Range<usize>) -> Range<usize> {
         let group = |first: usize| self.starts.partition_point(|&start| (start as usize) < first);

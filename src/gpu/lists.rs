@@ -5,6 +5,7 @@ use std::{ops::Range, sync::Arc};
 use crate::{
     bins::{self, Binner, Item, Keep, Met, Window, Workspace, split, split_groups},
     camera::Region,
+    cover::Cover,
     exact::decide::{Ball, Truth},
     order::Ordered,
     plan::{Lists, TILE},
@@ -34,6 +35,36 @@ impl Keep for These<'_> {
     #[inline(always)]
     fn keep(&self, tile: usize, _: f64, _: Window) -> bool {
         self.0[tile]
+    }
+}
+
+/// What is not behind a cover, and the cover itself where there is more to be seen.
+pub struct Uncovered<'a> {
+    /// The cover, whose blocks are tiles.
+    pub cover: &'a Cover,
+    /// Places of the scene's large spheres; none for those that are left out, and of all if the cover is to be listed everywhere.
+    pub places: &'a [Option<u32>],
+}
+
+impl Keep for Uncovered<'_> {
+    #[inline(always)]
+    fn depths(&self, tile: usize) -> [f64; 2] {
+        self.cover.depths(tile)
+    }
+
+    fn farthest(&self) -> f64 {
+        self.cover.farthest()
+    }
+
+    #[inline(always)]
+    fn behind(&self, tile: usize) -> Option<(u32, f64)> {
+        let (number, nearest) = self.cover.sphere(tile)?;
+        Some((self.places.get(number).copied().flatten()?, nearest))
+    }
+
+    #[inline(always)]
+    fn keep(&self, _: usize, _: f64, _: Window) -> bool {
+        true
     }
 }
 
@@ -117,28 +148,6 @@ impl Wave {
             }
         };
         (binner.projector, lists.met)
-    }
-
-    /// Takes out the lists of one entry of those tiles that `only` tells, and puts the tiles' spheres into `backgrounds`.
-    pub fn take_single(&mut self, spheres: Spheres<'_>, only: impl Fn(usize) -> bool, backgrounds: &mut [i32]) {
-        let bins::Lists { starts, entries, nearest, .. } = &mut self.workspace.lists;
-        let (mut first, mut kept) = (0, 0);
-        for (tile, nearest) in nearest.iter_mut().enumerate() {
-            let list = first..starts[tile + 1] as usize;
-            first = list.end;
-            starts[tile] = kept as u32;
-            if list.len() == 1 && only(tile) {
-                backgrounds[tile] = spheres.index(entries[list.start]) as i32;
-                *nearest = f64::INFINITY;
-            } else {
-                entries.copy_within(list.clone(), kept);
-                kept += list.len();
-            }
-        }
-        if let Some(end) = starts.last_mut() {
-            *end = kept as u32;
-        }
-        entries.truncate(kept);
     }
 
     /// As the plan takes them: entries are places on the device, depths in world units.

@@ -24,7 +24,7 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    bins::{KeepAll, Met},
+    bins::{Keep, KeepAll, Met},
     camera::{Region, View},
     cover::Cover,
     cpu::{Cpu, Effort},
@@ -38,7 +38,7 @@ use crate::{
 };
 use decide::{Among, Undecided};
 use execute::{BACKGROUND, Executor, HOST, fill};
-use lists::{Spheres, These, Wave};
+use lists::{Spheres, These, Uncovered, Wave};
 
 /// Spheres on the device: consecutive, as many as one binding holds.
 struct Chunk {
@@ -56,6 +56,8 @@ struct Uploaded {
     /// Neighbours in space lie together on the device, so that what a tile's list names shares cache lines. None for few spheres, which
     /// fit a cache anyway and lie there as in the scene.
     ordered: Option<Arc<Ordered>>,
+    /// Places of the scene's large spheres, if any may hide much; none for those that are left out.
+    large: Vec<Option<u32>>,
 }
 
 /// An opened GPU.
@@ -80,6 +82,8 @@ struct Job<'a> {
     spheres: Spheres<'a>,
     eye: &'a Eye,
     chunks: &'a [Chunk],
+    /// See [`Uploaded::large`].
+    large: &'a [Option<u32>],
 }
 
 impl Gpu {
@@ -243,7 +247,7 @@ impl Gpu {
             Some(eye) => {
                 let truth = Truth::new(view, scene.bounds());
                 let spheres = Spheres { scene, truth: &truth, ordered: uploaded.ordered.as_ref() };
-                let job = Job { spheres, eye, chunks: &uploaded.chunks };
+                let job = Job { spheres, eye, chunks: &uploaded.chunks, large: &uploaded.large };
                 drawing.times.prepare += since(begin);
                 let across = region.width.div_ceil(TILE);
                 let rows = (self.limits.tiles as u32 / across).max(1) * TILE;
@@ -262,7 +266,7 @@ impl Gpu {
 
     /// Appends the ids of a band.
     fn draw_band(&mut self, job: &Job, region: Region, drawing: &mut Drawing, decide: bool) -> Result<(), DrawError> {
-        let Job { spheres, eye, chunks } = *job;
+        let Job { spheres, eye, chunks, large } = *job;
         let mut band = Band::new(region);
         // The tile of each place of the ids; if a tile has several segments, places are tiles.
         let mut slots = Vec::new();
@@ -270,8 +274,8 @@ impl Gpu {
         let mut waves = 0;
         let mut projector = None;
         let mut met = Met::default();
-        let large = spheres.scene.len() >= self.effort.cover;
-        let cover = large.then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region))).flatten();
+        let search = spheres.scene.len() >= self.effort.cover;
+        let cover = search.then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region))).flatten();
         // What is seen where a tile has no list.
         let mut backgrounds = vec![NONE; band.tiles()];
         for chunk in chunks {
@@ -280,7 +284,17 @@ impl Gpu {
                 let begin = Instant::now();
                 let (wave, limit) = (&mut self.wave, self.limits.wave);
                 let (of_wave, met_now) = match &cover {
-                    Some(cover) => wave.collect(spheres, region, &mut left, limit, cover),
+                    Some(cover) => {
+                        // What covers a tile need not be listed there if nothing else is, and no more will come.
+                        let places = if waves == 0 && chunks.len() == 1 { large } else { &[] };
+                        let found = wave.collect(spheres, region, &mut left, limit, &Uncovered { cover, places });
+                        if places.is_empty() || left.iter().all(Range::is_empty) {
+                            found
+                        } else {
+                            left = spheres.split(chunk.range.clone());
+                            wave.collect(spheres, region, &mut left, limit, &Uncovered { cover, places: &[] })
+                        }
+                    }
                     None => wave.collect(spheres, region, &mut left, limit, &KeepAll),
                 };
                 projector = Some(of_wave);
@@ -289,8 +303,12 @@ impl Gpu {
                 drawing.counts.entries += wave.lists().entries.len();
                 let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
                 if all && let Some(cover) = &cover {
-                    // What is alone in a tile that is covered is what covers it.
-                    self.wave.take_single(spheres, |tile| cover.covers(tile), &mut backgrounds);
+                    let keep = Uncovered { cover, places: large };
+                    for (tile, background) in backgrounds.iter_mut().enumerate() {
+                        if let Some((place, _)) = keep.behind(tile) {
+                            *background = spheres.index(place) as i32;
+                        }
+                    }
                 }
                 let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
                 single = all && whole;
@@ -419,7 +437,12 @@ impl Gpu {
                 chunks.push(Chunk { range, buffer });
             }
         }
-        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks, ordered });
+        let large = match &ordered {
+            _ if scene.len() < self.effort.cover || !Cover::may_be(scene) => Vec::new(),
+            Some(ordered) => ordered.places_of(scene.large()),
+            None => scene.large().iter().copied().map(Some).collect(),
+        };
+        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks, ordered, large });
         Ok(())
     }
 
