@@ -29,6 +29,8 @@ pub struct Cover {
     by: Vec<u32>,
     /// Where each of these begins.
     nearest: Vec<f64>,
+    /// The greatest of the depths.
+    farthest: f64,
 }
 
 impl Cover {
@@ -40,7 +42,13 @@ impl Cover {
         let blocks = |pixels: u32| (pixels as usize).div_ceil(BLOCK);
         let (columns, rows) = (blocks(projector.region.width), blocks(projector.region.height));
         let blocks = columns * rows;
-        let mut cover = Self { columns, depths: vec![f64::INFINITY; blocks], by: vec![0; blocks], nearest: Vec::new() };
+        let mut cover = Self {
+            columns,
+            depths: vec![f64::INFINITY; blocks],
+            by: vec![0; blocks],
+            nearest: Vec::new(),
+            farthest: f64::INFINITY,
+        };
         for &index in scene.large() {
             let (block, at) = scene.locate(index as usize);
             let sphere = projector.project(block.center(at), block.radius(at));
@@ -50,6 +58,7 @@ impl Cover {
             }
             cover.nearest.push(sphere.nearest());
         }
+        cover.farthest = cover.depths.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         cover.depths.iter().any(|depth| *depth < f64::INFINITY).then_some(cover)
     }
 
@@ -153,7 +162,7 @@ impl Keep for Cover {
     }
 
     fn farthest(&self) -> f64 {
-        self.depths.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        self.farthest
     }
 
     #[inline(always)]
