@@ -131,6 +131,11 @@ impl Cpu {
     }
 
     fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+        // On a thread of the pool, so that it is not left and entered again for each loop.
+        rayon::scope(|_| self.draw_in_pool::<M>(scene, view, region))
+    }
+
+    fn draw_in_pool<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let truth = Truth::new(view, scene.bounds());
         let mut drawing = Drawing::new(scene.len(), region)?;
         let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;

@@ -223,6 +223,17 @@ impl Gpu {
     }
 
     fn filter(&mut self, scene: &Scene, view: &View, region: Region, decide: bool) -> Result<Drawing, DrawError> {
+        // On a thread of the pool, so that it is not left and entered again for each loop.
+        rayon::scope(|_| self.filter_in_pool(scene, view, region, decide))
+    }
+
+    fn filter_in_pool(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+        decide: bool,
+    ) -> Result<Drawing, DrawError> {
         let begin = Instant::now();
         let mut drawing = Drawing::new(scene.len(), region)?;
         if scene.is_empty() {
