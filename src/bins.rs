@@ -594,11 +594,13 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
         let nearest = batch.nearest[k];
         let last = (1 << grid.shift) - 1;
         let mut behind = false;
-        let mut offer = |column: i32, row: i32, window: Window| {
-            let tile = row as usize * grid.columns as usize + column as usize;
-            if self.keep.behind(tile).is_some_and(|(other, _)| other == index) {
+        let keep = self.keep;
+        let tile_at = |column: i32, row: i32| row as usize * grid.columns as usize + column as usize;
+        let covers = |tile: usize| keep.behind(tile).is_some_and(|(other, _)| other == index);
+        let mut offer = |tile: usize, window: Window| {
+            if covers(tile) {
                 behind = true;
-            } else if !outside(nearest, self.keep.depths(tile)) && self.keep.keep(tile, nearest, window) {
+            } else if !outside(nearest, keep.depths(tile)) && keep.keep(tile, nearest, window) {
                 let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
                 found = (self.emit)(key, tile, batch.sphere(k), nearest, index, window);
             }
@@ -606,18 +608,19 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
         if left_tile == right_tile && top_tile == bottom_tile {
             // Most small spheres.
             let inside = |value: i32| (value & last) as u8;
-            offer(left_tile, top_tile, [inside(left), inside(right), inside(top), inside(bottom)]);
+            offer(tile_at(left_tile, top_tile), [inside(left), inside(right), inside(top), inside(bottom)]);
             return (found, behind);
         }
         let many = right_tile - left_tile > 1 && bottom_tile - top_tile > 1;
         for row in top_tile..=bottom_tile {
             for column in left_tile..=right_tile {
-                if many && self.binner.misses(&batch.sphere(k), column, row) {
+                let tile = tile_at(column, row);
+                if many && !covers(tile) && self.binner.misses(&batch.sphere(k), column, row) {
                     continue;
                 }
                 let (x, y) = (column << grid.shift, row << grid.shift);
                 let inside = |value: i32, from: i32| (value - from).clamp(0, last) as u8;
-                offer(column, row, [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)]);
+                offer(tile, [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)]);
             }
         }
         (found, behind)
