@@ -7,12 +7,11 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::{
     camera::Region,
     exact::decide::Truth,
     order::{GROUP, Ordered},
+    pool,
     project::{BATCH, Batch, Projected, Projector, U},
     scene::{Block, Scene},
     simd,
@@ -25,6 +24,8 @@ const MOST_SLABS: u64 = 64;
 /// A tile misses a disc if it is farther from the middle than the radius by this many position bounds, see [`Binner::misses`].
 pub const APART: f64 = 1.5;
 
+/// Of fewer spheres lists are made by one thread.
+const LITTLE: f64 = 1024.0;
 /// To write fewer entries, other threads are not woken.
 const FEW: usize = 1 << 15;
 
@@ -90,6 +91,12 @@ impl Grid {
     pub fn corner(&self, tile: usize) -> ([usize; 2], usize) {
         let columns = self.columns as usize;
         ([(tile % columns) << self.shift, (tile / columns) << self.shift], 1 << self.shift)
+    }
+
+    /// The number of a slab of a tile, by a depth in it.
+    #[inline(always)]
+    fn key(&self, tile: usize, nearest: f64) -> usize {
+        tile * self.slabs as usize + self.slab(nearest) as usize
     }
 
     /// The slab of what begins at a depth.
@@ -160,10 +167,16 @@ pub trait Keep: Sync {
         f64::INFINITY
     }
 
-    /// A sphere that hides all that is not kept in a tile, by its index, and where it begins: it is listed only where something else is.
+    /// A sphere that is seen in all of a tile where nothing else is, and hides all that is not kept there: its index, and where it begins. It is
+    /// listed only where something else may lie farther than that, or more is to come in later lists.
     #[inline(always)]
     fn behind(&self, _tile: usize) -> Option<(u32, f64)> {
         None
+    }
+
+    /// Whether earlier lists hold what lies behind.
+    fn listed(&self) -> bool {
+        false
     }
 
     /// Whether a sphere that begins in the range is kept, given its pixels in the tile.
@@ -197,7 +210,7 @@ pub struct Lists<I> {
     pub starts: Vec<u32>,
     /// Spheres, tile by tile, slab by slab.
     pub entries: Vec<I>,
-    /// For each tile the least depth at which an entry begins, see [`Item::BY_TILE`].
+    /// For each tile that has entries the least depth at which one begins, see [`Item::BY_TILE`]; of others it says nothing.
     pub nearest: Vec<f64>,
     /// What was met on the way.
     pub met: Met,
@@ -249,6 +262,8 @@ pub struct Binner<'a> {
     pub projector: Projector,
     /// The tiles.
     pub grid: Grid,
+    /// So little is kept that one thread will do.
+    little: bool,
 }
 
 impl<'a> Binner<'a> {
@@ -256,7 +271,7 @@ impl<'a> Binner<'a> {
     pub fn new(scene: &'a Scene, truth: &Truth, region: Region, shift: u32) -> Self {
         let projector = Projector::new(truth, region);
         let grid = Grid::new(scene, &projector, shift);
-        Self { scene, ordered: None, projector, grid }
+        Self { scene, ordered: None, projector, grid, little: false }
     }
 
     /// Goes by the groups of the same spheres in order.
@@ -270,6 +285,7 @@ impl<'a> Binner<'a> {
         // Where little is to be seen, lists are short, and slabs that hold next to nothing cost more than they tell.
         let kept = 0.25 * share * self.scene.len() as f64;
         self.grid = self.grid.with_slabs(Grid::wanted(self.grid.tiles(), kept));
+        self.little = kept < LITTLE;
         self
     }
 
@@ -302,59 +318,64 @@ impl<'a> Binner<'a> {
         limit: usize,
         workspace: &'w mut Workspace<I>,
     ) -> &'w mut Lists<I> {
-        let keys = self.grid.tiles() * self.grid.slabs as usize;
+        let (tiles, slabs) = (self.grid.tiles(), self.grid.slabs as usize);
+        let keys = tiles * slabs;
         let limit = (limit / left.len().max(1)).max(1);
         let Workspace { found, lists } = workspace;
         found.resize_with(left.len(), Found::default);
-        left.par_iter_mut().zip(&mut *found).for_each(|(left, found)| {
-            if found.counts.len() == keys && found.keys.len() < keys / 8 {
-                found.keys.iter().for_each(|&key| found.counts[key as usize] = 0);
-            } else {
-                found.counts.clear();
-                found.counts.resize(keys, 0);
-            }
-            found.items.clear();
-            found.keys.clear();
-            found.nearest.clear();
-            found.nearest.resize(if I::BY_TILE { self.grid.tiles() } else { 0 }, f64::INFINITY);
-            let emit = |_, tile: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
-                found.add(&self.grid, tile, nearest, I::new(sphere, nearest, index, window))
+        let look = |(left, found): (&mut Range<usize>, &mut Found<I>)| {
+            found.clear(keys, if I::BY_TILE { tiles } else { 0 });
+            let emit = |key: usize, tile: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+                if I::BY_TILE
+                    && let Some((_, begins)) = keep.behind(tile)
+                {
+                    found.mixed[tile] |= !(sphere.farthest() < begins);
+                }
+                found.add(key, tile, nearest, I::new(sphere, nearest, index, window))
             };
             (left.start, found.met) = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
-        });
-        if I::BY_TILE {
-            for tile in 0..self.grid.tiles() {
-                if let Some((index, nearest)) = keep.behind(tile)
-                    && found.iter().any(|found| found.nearest[tile] < f64::INFINITY)
-                    && let Some(first) = found.first_mut()
-                {
-                    first.add(
-                        &self.grid,
-                        tile,
-                        nearest,
-                        I::new(Projected::default(), nearest, index, Window::default()),
-                    );
-                }
-            }
+        };
+        if self.little {
+            left.iter_mut().zip(&mut *found).for_each(look);
+        } else {
+            pool::each_of(left.iter_mut().zip(&mut *found), look);
         }
+        let (listed, whole) = (keep.listed(), left.iter().all(Range::is_empty));
         lists.met = Met::default();
         found.iter().for_each(|found| lists.met += found.met);
-        lists.nearest.clear();
-        if I::BY_TILE {
-            let least = |tile: usize| found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
-            lists.nearest.extend((0..self.grid.tiles()).map(least));
+        lists.nearest.resize(if I::BY_TILE { tiles } else { 0 }, f64::INFINITY);
+        // Tiles that have entries, a bit for each, if these are few.
+        let few = I::BY_TILE && whole && found.iter().map(|found| found.keys.len()).sum::<usize>() < tiles / 4;
+        let mut touched = vec![0u64; if few { tiles.div_ceil(64) } else { 0 }];
+        for &key in found.iter().filter(|_| few).flat_map(|found| &found.keys) {
+            let tile = key as usize / slabs;
+            touched[tile / 64] |= 1 << (tile % 64);
         }
         // Where each part's entries of each key go.
         lists.starts.clear();
-        let slabs = self.grid.slabs as usize;
         let mut total = 0u32;
         let mut next = [0u32; MOST_SLABS as usize];
         let next = &mut next[..slabs];
-        for tile in 0..self.grid.tiles() {
+        let mut scan = |tile: usize| {
             if I::BY_TILE {
+                if few {
+                    // Those of tiles before that were left out, too.
+                    lists.starts.resize(tile, total);
+                }
                 lists.starts.push(total);
-                if lists.nearest[tile] == f64::INFINITY {
-                    continue;
+                let mut nearest = found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
+                if !listed
+                    && let Some((index, begins)) = keep.behind(tile)
+                    && (!whole || found.iter().any(|found| found.mixed[tile]))
+                    && let Some(first) = found.first_mut()
+                {
+                    let item = I::new(Projected::default(), begins, index, Window::default());
+                    first.add(self.grid.key(tile, begins), tile, begins, item);
+                    nearest = nearest.min(begins);
+                }
+                lists.nearest[tile] = nearest;
+                if nearest == f64::INFINITY {
+                    return;
                 }
             }
             let keys = tile * slabs..(tile + 1) * slabs;
@@ -377,6 +398,20 @@ impl<'a> Binner<'a> {
                     *next += count;
                 }
             }
+        };
+        if few {
+            for (at, &bits) in touched.iter().enumerate() {
+                let mut bits = bits;
+                while bits != 0 {
+                    scan(at * 64 + bits.trailing_zeros() as usize);
+                    bits &= bits - 1;
+                }
+            }
+        } else {
+            (0..tiles).for_each(scan);
+        }
+        if I::BY_TILE {
+            lists.starts.resize(tiles, total);
         }
         lists.starts.push(total);
         let limit = total as usize;
@@ -397,7 +432,7 @@ impl<'a> Binner<'a> {
         if limit < FEW {
             found.iter_mut().for_each(write);
         } else {
-            found.par_iter_mut().for_each(write);
+            pool::each_of(&mut *found, write);
         }
         // SAFETY: the ranges that the scan gave out cover 0..total, and each part filled its own.
         unsafe { lists.entries.set_len(limit) };
@@ -429,19 +464,43 @@ struct Found<I> {
     counts: Vec<u32>,
     /// See [`Lists::nearest`].
     nearest: Vec<f64>,
+    /// Whether something in a tile may lie farther than where [`Keep::behind`] begins.
+    mixed: Vec<bool>,
     /// What was met on the way.
     met: Met,
 }
 
 impl<I: Item> Found<I> {
-    /// An item that begins at a depth, in a tile's list. Returns how many items there are.
+    /// Nothing is found yet of so many keys, and tiles if these are told apart, see [`Item::BY_TILE`].
+    fn clear(&mut self, keys: usize, tiles: usize) {
+        if self.counts.len() == keys && self.nearest.len() == tiles && self.keys.len() < keys / 8 {
+            // Few were written, and tiles have as many slabs as then.
+            let slabs = keys / tiles.max(1);
+            for key in self.keys.iter().map(|&key| key as usize) {
+                self.counts[key] = 0;
+                if tiles > 0 {
+                    (self.nearest[key / slabs], self.mixed[key / slabs]) = (f64::INFINITY, false);
+                }
+            }
+        } else {
+            self.counts.clear();
+            self.counts.resize(keys, 0);
+            self.nearest.clear();
+            self.nearest.resize(tiles, f64::INFINITY);
+            self.mixed.clear();
+            self.mixed.resize(tiles, false);
+        }
+        self.items.clear();
+        self.keys.clear();
+    }
+
+    /// An item that begins at a depth, in a slab of a tile's list by its number. Returns how many items there are.
     #[inline(always)]
-    fn add(&mut self, grid: &Grid, tile: usize, nearest: f64, item: I) -> usize {
+    fn add(&mut self, key: usize, tile: usize, nearest: f64, item: I) -> usize {
         if I::BY_TILE {
             let least = &mut self.nearest[tile];
             *least = if nearest < *least { nearest } else { *least };
         }
-        let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
         self.counts[key] += 1;
         self.keys.push(key as u32);
         self.items.push(item);
@@ -451,7 +510,8 @@ impl<I: Item> Found<I> {
 
 impl<I> Default for Found<I> {
     fn default() -> Self {
-        Self { items: Vec::new(), keys: Vec::new(), counts: Vec::new(), nearest: Vec::new(), met: Met::default() }
+        let (items, keys, counts) = (Vec::new(), Vec::new(), Vec::new());
+        Self { items, keys, counts, nearest: Vec::new(), mixed: Vec::new(), met: Met::default() }
     }
 }
 
@@ -601,7 +661,7 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
             if covers(tile) {
                 behind = true;
             } else if !outside(nearest, keep.depths(tile)) && keep.keep(tile, nearest, window) {
-                let key = tile * grid.slabs as usize + grid.slab(nearest) as usize;
+                let key = grid.key(tile, nearest);
                 found = (self.emit)(key, tile, batch.sphere(k), nearest, index, window);
             }
         };

@@ -7,7 +7,6 @@
 use std::ops::Range;
 
 use crate::{
-    bins::{Keep, Window},
     camera::Projection,
     filter::{BACK, Look, Margins, Row, length},
     project::{Projected, Projector},
@@ -25,7 +24,7 @@ pub struct Cover {
     columns: usize,
     /// Of each block, row by row; infinite where it is not covered.
     depths: Vec<f64>,
-    /// What covers it: which of the scene's large spheres.
+    /// What covers it: which of the scene's large spheres; no number of one if nothing does.
     by: Vec<u32>,
     /// Where each of these begins.
     nearest: Vec<f64>,
@@ -45,7 +44,7 @@ impl Cover {
         let mut cover = Self {
             columns,
             depths: vec![f64::INFINITY; blocks],
-            by: vec![0; blocks],
+            by: vec![u32::MAX; blocks],
             nearest: Vec::new(),
             farthest: f64::INFINITY,
         };
@@ -73,11 +72,21 @@ impl Cover {
         self.depths.get(row * self.columns + column).filter(|_| inside).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// What covers block number `tile`: which of the scene's large spheres, and where it begins.
+    /// The depths behind which nothing is seen, block by block.
+    pub fn depths(&self) -> &[f64] {
+        &self.depths
+    }
+
+    /// The greatest of them.
+    pub fn farthest(&self) -> f64 {
+        self.farthest
+    }
+
+    /// What covers a block, by its number: which of the scene's large spheres, and where it begins.
     #[inline(always)]
-    pub fn sphere(&self, tile: usize) -> Option<(usize, f64)> {
-        let by = self.by[tile] as usize;
-        (self.depths[tile] < f64::INFINITY).then(|| (by, self.nearest[by]))
+    pub fn sphere(&self, block: usize) -> Option<(usize, f64)> {
+        let by = self.by[block] as usize;
+        self.nearest.get(by).map(|&nearest| (by, nearest))
     }
 
     /// The next of the large spheres.
@@ -152,21 +161,4 @@ fn greatest<const PERSPECTIVE: bool>(
         }
     }
     Some(greatest)
-}
-
-/// Keeps what is not behind a cover, in tiles that are blocks.
-impl Keep for Cover {
-    #[inline(always)]
-    fn depths(&self, tile: usize) -> [f64; 2] {
-        [f64::NEG_INFINITY, self.depths[tile]]
-    }
-
-    fn farthest(&self) -> f64 {
-        self.farthest
-    }
-
-    #[inline(always)]
-    fn keep(&self, _: usize, _: f64, _: Window) -> bool {
-        true
-    }
 }

@@ -46,6 +46,7 @@ pub mod order;
 pub mod output;
 pub mod part;
 pub mod plan;
+pub mod pool;
 pub mod project;
 pub mod render;
 pub mod scene;

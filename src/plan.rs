@@ -383,8 +383,10 @@ pub struct Lists<'a> {
     pub starts: &'a [u32],
     /// Indices in the scene, those of a tile roughly front to back.
     pub entries: &'a [u32],
-    /// Of each tile, a lower bound of the depth of all spheres of its list, in world units; may be infinite.
+    /// Of each tile with a list, a lower bound of the depth of all spheres in it, in `unit`; may be infinite.
     pub nearest: &'a [f64],
+    /// In world units.
+    pub unit: f64,
     /// No entry of a tile begins nearer, by more than this, than any entry before it in the list; world units, may be infinite.
     pub disorder: f64,
 }
@@ -476,12 +478,12 @@ impl Band {
     pub fn passes(&mut self, lists: &Lists<'_>, eye: &Eye, limits: Limits, all: bool) -> (Vec<Pass>, bool) {
         // Tiles of each kernel, and whether they were never met before.
         let mut kernels = [Vec::new(), Vec::new()];
-        for tile in order_of_tiles(lists.columns, lists.rows) {
+        let mut meet = |tile: u32| {
             let empty = lists.starts[tile as usize] == lists.starts[tile as usize + 1];
             if empty || self.left_out[tile as usize] {
-                continue;
+                return;
             }
-            let nearest = lists.nearest[tile as usize];
+            let nearest = lists.nearest[tile as usize] * lists.unit;
             let fresh = self.numbers[tile as usize] == Self::UNMET;
             let class = if fresh {
                 let (x, y) = (tile % self.columns * TILE, tile / self.columns * TILE);
@@ -489,7 +491,7 @@ impl Band {
                 if class == Class::Host {
                     self.left_out[tile as usize] = true;
                     self.host.push(tile);
-                    continue;
+                    return;
                 }
                 self.numbers[tile as usize] = self.places.len() as u32;
                 self.places.push(place);
@@ -498,7 +500,12 @@ impl Band {
                 eye.kernel(nearest)
             };
             kernels[usize::from(class == Class::Clipped)].push((tile, fresh));
-        }
+        };
+        for_tiles_in_order(lists.columns, lists.rows, |tiles| {
+            if lists.starts[tiles.start as usize] < lists.starts[tiles.end as usize] {
+                tiles.for_each(&mut meet);
+            }
+        });
         let mut passes = Vec::new();
         let mut single = true;
         for window in (0..lists.entries.len()).step_by(limits.entries) {
@@ -531,21 +538,22 @@ impl Band {
 /// Side of the blocks in which tiles are drawn, in tiles.
 const BLOCK: u32 = 8;
 
-/// An order of tiles: blocks of neighbours, whose lists share spheres, come together, so that caches see them together; blocks
+/// An order of tiles, some neighbours at a time: blocks of neighbours, whose lists share spheres, come together, so that caches see them together; blocks
 /// that follow each other are distant, so that devices that split a dispatch into contiguous parts are loaded evenly.
-fn order_of_tiles(columns: u32, rows: u32) -> impl Iterator<Item = u32> {
+fn for_tiles_in_order(columns: u32, rows: u32, mut visit: impl FnMut(Range<u32>)) {
     let across = columns.div_ceil(BLOCK);
     let blocks = (across * rows.div_ceil(BLOCK)) as usize;
     let mut stride = (blocks as f64 * 0.618) as usize | 1;
     while gcd(stride, blocks.max(1)) != 1 {
         stride += 2;
     }
-    (0..blocks).flat_map(move |k| {
+    for k in 0..blocks {
         let block = (k * stride % blocks) as u32;
         let (left, top) = (block % across * BLOCK, block / across * BLOCK);
-        (top..rows.min(top + BLOCK))
-            .flat_map(move |row| (left..columns.min(left + BLOCK)).map(move |column| row * columns + column))
-    })
+        for row in top..rows.min(top + BLOCK) {
+            visit(row * columns + left..row * columns + columns.min(left + BLOCK));
+        }
+    }
 }
 
 fn gcd(a: usize, b: usize) -> usize {

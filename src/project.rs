@@ -61,6 +61,12 @@ impl Projected {
     pub fn nearest(&self) -> f64 {
         self.z - self.r - self.bound()
     }
+
+    /// Nothing of the sphere is farther.
+    #[inline(always)]
+    pub fn farthest(&self) -> f64 {
+        self.z + self.r + self.bound()
+    }
 }
 
 /// The camera of a region, rounded to f64.

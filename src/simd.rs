@@ -3,6 +3,8 @@
 //! [`Lanes`] is implemented with AVX-512, with AVX2, and plainly; [`dispatch`] picks one at run time. Only the instructions
 //! differ, never a result: each operation is one rounding of IEEE 754, and nothing is contracted or reordered.
 
+use std::mem::MaybeUninit;
+
 /// How many numbers are in a vector.
 pub const LANES: usize = 8;
 
@@ -98,6 +100,37 @@ pub fn dispatch<W: Work>(work: W) -> W::Output {
         }
     }
     work.run::<Plain>()
+}
+
+/// Fills memory with a number.
+pub struct Fill<'a> {
+    /// What is filled.
+    pub to: &'a mut [MaybeUninit<i32>],
+    /// With what.
+    pub value: i32,
+}
+
+impl Work for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let value = MaybeUninit::new(self.value);
+        let (head, rest) = self.to.split_at_mut(lines(self.to));
+        let (lines, tail) = rest.as_chunks_mut::<LINE>();
+        head.fill(value);
+        lines.iter_mut().for_each(|line| *line = [value; LINE]);
+        tail.fill(value);
+    }
+}
+
+/// Numbers in a cache line.
+const LINE: usize = 16;
+
+/// How many numbers precede the first whole cache line.
+#[inline(always)]
+fn lines(of: &[MaybeUninit<i32>]) -> usize {
+    of.as_ptr().align_offset(LINE * size_of::<i32>()).min(of.len())
 }
 
 /// Eight numbers without vector instructions, or with those that the compiler finds.

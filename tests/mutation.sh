@@ -152,7 +152,7 @@ more 'early stop a slab of groups too soon' $f 'if self.depths.farthest < grid.s
                 break;
             }
             groups.clear' '' --test exactness skipping::deep_tiles
-more 'backgrounds before other spheres' $f 'other.z + other.r + other.bound() < sphere.nearest()' 'other.nearest() < sphere.nearest()' '' --test exactness cpu::every_pixel
+more 'backgrounds before other spheres' $f 'sphere_or_group().farthest() < sphere.nearest()' 'sphere_or_group().nearest() < sphere.nearest()' '' --test exactness cpu::every_pixel
 more 'groups hidden by their middle' $f 'Self { index, nearest: towards_eye(nearest), window }' 'Self { index, nearest: towards_eye(nearest + 1.0), window }' '' --test exactness skipping::every_pixel
 
 f=src/order.rs

@@ -23,6 +23,7 @@ use crate::{
     exact::decide::Truth,
     order::{GROUP, Ordered},
     plan::UNDECIDED,
+    pool,
     render::{DrawError, Drawing},
     scene::Scene,
     tile::{Exact, FilterOnly, Mode, Uncertified},
@@ -131,13 +132,14 @@ impl Cpu {
     }
 
     fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
-        // On a thread of the pool, so that it is not left and entered again for each loop.
-        rayon::scope(|_| self.draw_in_pool::<M>(scene, view, region))
+        let mut drawing = Drawing::new(scene.len(), region)?;
+        pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing));
+        Ok(drawing)
     }
 
-    fn draw_in_pool<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    fn draw_into<M: Mode>(&mut self, scene: &Scene, view: &View, drawing: &mut Drawing) {
         let truth = Truth::new(view, scene.bounds());
-        let mut drawing = Drawing::new(scene.len(), region)?;
+        let region = drawing.region;
         let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
         let begun = Instant::now();
         self.order(scene, region.height.div_ceil(rows as u32) as usize);
@@ -146,12 +148,11 @@ impl Cpu {
         while top < region.height {
             let height = (region.height - top).min(rows as u32);
             let band = Region { y: region.y + top, height, ..region };
-            if !self.draw_groups::<M>(scene, &truth, band, &mut drawing) {
-                self.draw_band::<M>(scene, &truth, band, &mut drawing);
+            if !self.draw_groups::<M>(scene, &truth, band, drawing) {
+                self.draw_band::<M>(scene, &truth, band, drawing);
             }
             top += height;
         }
-        Ok(drawing)
     }
 
     /// One band of an ordered scene, or nothing if the scene is not in order or its groups lie in too many tiles.

@@ -12,6 +12,7 @@ use crate::{
     exact::decide::{Tally, Truth},
     order::Ordered,
     plan::{NONE, UNDECIDED},
+    pool,
     project::{BATCH, Batch, Projected},
     render::Counts,
     scene::Scene,
@@ -156,7 +157,7 @@ impl Painter<'_> {
     /// Draws all there is, and appends the ids of the region.
     pub(super) fn paint_once<M: Mode>(&self, source: Source<'_>, depths: &[Depths], ids: &mut Vec<i32>) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
-            (0..self.binner.grid.tiles()).into_par_iter().with_max_len(4).for_each(|tile| {
+            pool::each(self.binner.grid.tiles(), |tile| {
                 if source.is_empty(self.binner, tile) {
                     return self.fill(tile, NONE, canvas);
                 }
@@ -194,7 +195,7 @@ impl Painter<'_> {
     /// Appends the ids of all tiles.
     pub(super) fn gather(&self, tiles: &[Tile], ids: &mut Vec<i32>) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
-            tiles.par_iter().enumerate().for_each(|(tile, state)| self.write(tile, state, NONE, canvas));
+            pool::each(tiles.len(), |tile| self.write(tile, &tiles[tile], NONE, canvas));
         });
     }
 
@@ -224,10 +225,7 @@ impl Painter<'_> {
         }?;
         let sphere = project(self.scene, index);
         let in_front = |other: u32, sphere_or_group: &dyn Fn() -> Projected| {
-            other == number || {
-                let other = sphere_or_group();
-                other.z + other.r + other.bound() < sphere.nearest()
-            }
+            other == number || sphere_or_group().farthest() < sphere.nearest()
         };
         let all_in_front = match source {
             Source::Spheres(lists) => {

@@ -35,8 +35,9 @@ pub struct Among<'a> {
     pub wave: &'a Wave,
 }
 
-/// Decides all that is left over in some tiles of a region, given in ascending order and `columns` to a row, when the lists are whole.
-pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, ids: &mut [i32]) -> Tally {
+/// Decides all that is left over in some tiles of a region, given in ascending order and `columns` to a row, when the lists are whole. Where no
+/// sphere of a tile's list is met, `backgrounds` is seen.
+pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
     let region = among.projector.region;
     let row_of_tiles = |(tiles, ids): (&[u32], &mut [i32])| {
         let mut tally = Tally::default();
@@ -44,7 +45,7 @@ pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, ids: &mut [i32]) ->
         for &tile in tiles {
             open.find(tile, columns, region, ids);
             tally += open.look(among);
-            open.write(region, ids);
+            open.write(region, backgrounds[tile as usize], ids);
         }
         tally
     };
@@ -111,7 +112,7 @@ impl Undecided {
         for open in &self.tiles {
             let first = open.corner[1] as usize * region.width as usize;
             let last = ids.len().min(first + row);
-            open.write(region, &mut ids[first..last]);
+            open.write(region, NONE, &mut ids[first..last]);
         }
     }
 }
@@ -151,12 +152,12 @@ impl Open {
         }
     }
 
-    /// Writes what was decided; `ids` are of the tile's row of tiles.
-    fn write(&self, region: Region, ids: &mut [i32]) {
+    /// Writes what was decided, and `background` where nothing is met; `ids` are of the tile's row of tiles.
+    fn write(&self, region: Region, background: i32, ids: &mut [i32]) {
         for (row, ids) in ids.chunks_mut(region.width as usize).enumerate() {
             for (to, &id) in ids[self.corner[0] as usize..].iter_mut().zip(self.state.ids(row)) {
                 if id >= NONE {
-                    *to = id;
+                    *to = if id == NONE { background } else { id };
                 }
             }
         }

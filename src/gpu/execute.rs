@@ -1,8 +1,11 @@
 //! Passes of a plan, run: tables and entries to the device, dispatches, ids back.
 
-use std::{collections::HashMap, mem::MaybeUninit, time::Duration};
-
-use rayon::prelude::*;
+use std::{
+    collections::HashMap,
+    mem::MaybeUninit,
+    sync::{Mutex, PoisonError},
+    time::Duration,
+};
 
 use super::{
     Chunk,
@@ -11,9 +14,11 @@ use super::{
 };
 use crate::{
     camera::Region,
-    plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
+    plan::{self, Band, Eye, FRESH, LAST, NONE, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
+    pool,
     render::DrawError,
     shader::{FANS, Lanes, PLANES, STATES, Variant},
+    simd,
 };
 
 /// A device that does not answer for as long is lost.
@@ -298,8 +303,8 @@ pub const BACKGROUND: u32 = u32::MAX;
 /// See [`BACKGROUND`].
 pub const HOST: u32 = u32::MAX - 1;
 
-/// Puts the pixels of all tiles into their places, every one of them: of tile `t` those at `slots[t]` in `found`. Returns the tiles in which
-/// something is undecided, and how many pixels are in each.
+/// Puts the pixels of all tiles into their places, every one of them: of tile `t` those at `slots[t]` in `found`, and `backgrounds[t]` where
+/// nothing was found. Returns the tiles in which something is undecided in ascending order, and how many pixels are in each.
 pub fn fill(
     ids: &mut [MaybeUninit<i32>],
     region: Region,
@@ -309,39 +314,51 @@ pub fn fill(
     found: &[i32],
     spheres: Spheres<'_>,
 ) -> Vec<(u32, u32)> {
-    let width = region.width as usize;
-    ids.par_chunks_mut(width * TILE as usize)
-        .enumerate()
-        .flat_map_iter(|(row_of_tiles, ids)| {
-            let mut undecided = Vec::new();
-            for column in 0..columns {
-                let tile = row_of_tiles as u32 * columns + column;
-                let x = (column * TILE) as usize;
-                let across = (TILE as usize).min(width - x);
-                let slot = slots[tile as usize];
-                let mut open = 0;
-                for (row, ids) in ids.chunks_mut(width).enumerate() {
-                    let ids = &mut ids[x..x + across];
-                    match slot {
-                        BACKGROUND => ids.fill(MaybeUninit::new(backgrounds[tile as usize])),
-                        HOST => {
-                            open += ids.len() as u32;
-                            ids.fill(MaybeUninit::new(UNDECIDED));
-                        }
-                        _ => {
-                            let at = slot as usize * TILE_PIXELS + row * TILE as usize;
-                            for (id, &place) in ids.iter_mut().zip(&found[at..]) {
-                                open += u32::from(place == UNDECIDED);
-                                id.write(if place < 0 { place } else { spheres.index(place as u32) as i32 });
-                            }
+    const SIDE: usize = TILE as usize;
+    let (width, columns) = (region.width as usize, columns as usize);
+    let left_over = Mutex::new(Vec::new());
+    let rows_of_tiles = ids.chunks_mut(width * SIDE).zip(slots.chunks(columns).zip(backgrounds.chunks(columns)));
+    pool::each_of(rows_of_tiles.enumerate(), |(row_of_tiles, (ids, (slots, backgrounds)))| {
+        // First what lies behind all else, by whole rows of pixels, as memory likes it; what the device found follows while that is in the cache.
+        let mut runs: Vec<(usize, i32)> = Vec::new();
+        for (column, (&slot, &background)) in slots.iter().zip(backgrounds).enumerate() {
+            let id = if slot == HOST { UNDECIDED } else { background };
+            let end = ((column + 1) * SIDE).min(width);
+            match runs.last_mut() {
+                Some(last) if last.1 == id => last.0 = end,
+                _ => runs.push((end, id)),
+            }
+        }
+        for ids in ids.chunks_mut(width) {
+            let mut first = 0;
+            for &(end, id) in &runs {
+                simd::dispatch(simd::Fill { to: &mut ids[first..end], value: id });
+                first = end;
+            }
+        }
+        let height = ids.len() / width;
+        for (column, &slot) in slots.iter().enumerate().filter(|(_, slot)| **slot != BACKGROUND) {
+            let first = column * SIDE;
+            let across = SIDE.min(width - first);
+            let mut open = if slot == HOST { across * height } else { 0 };
+            if slot != HOST {
+                let found = found[slot as usize * TILE_PIXELS..][..TILE_PIXELS].chunks(SIDE);
+                for (ids, found) in ids.chunks_mut(width).zip(found) {
+                    for (id, &place) in ids[first..first + across].iter_mut().zip(found) {
+                        open += usize::from(place == UNDECIDED);
+                        if place != NONE {
+                            id.write(if place < 0 { place } else { spheres.index(place as u32) as i32 });
                         }
                     }
                 }
-                if open > 0 {
-                    undecided.push((tile, open));
-                }
             }
-            undecided
-        })
-        .collect()
+            if open > 0 {
+                let tile = (row_of_tiles * columns + column) as u32;
+                left_over.lock().unwrap_or_else(PoisonError::into_inner).push((tile, open as u32));
+            }
+        }
+    });
+    let mut left_over = left_over.into_inner().unwrap_or_else(PoisonError::into_inner);
+    left_over.sort_unstable();
+    left_over
 }

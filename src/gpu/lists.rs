@@ -42,14 +42,16 @@ impl Keep for These<'_> {
 pub struct Uncovered<'a> {
     /// The cover, whose blocks are tiles.
     pub cover: &'a Cover,
-    /// Places of the scene's large spheres; none for those that are left out, and of all if the cover is to be listed everywhere.
+    /// Places of the scene's large spheres; none for those that are left out. Empty if these are listed as others are.
     pub places: &'a [Option<u32>],
+    /// Whether earlier lists hold the cover.
+    pub listed: bool,
 }
 
 impl Keep for Uncovered<'_> {
     #[inline(always)]
     fn depths(&self, tile: usize) -> [f64; 2] {
-        self.cover.depths(tile)
+        [f64::NEG_INFINITY, self.cover.depths()[tile]]
     }
 
     fn farthest(&self) -> f64 {
@@ -60,6 +62,10 @@ impl Keep for Uncovered<'_> {
     fn behind(&self, tile: usize) -> Option<(u32, f64)> {
         let (number, nearest) = self.cover.sphere(tile)?;
         Some((self.places.get(number).copied().flatten()?, nearest))
+    }
+
+    fn listed(&self) -> bool {
+        self.listed
     }
 
     #[inline(always)]
@@ -117,6 +123,8 @@ pub struct Wave {
     columns: u32,
     rows: u32,
     disorder: f64,
+    /// World length of a view length.
+    unit: f64,
 }
 
 impl Wave {
@@ -136,24 +144,31 @@ impl Wave {
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);
-        let world = 1.0 / truth.scale();
-        lists.nearest.iter_mut().for_each(|nearest| *nearest *= world);
+        self.unit = 1.0 / truth.scale();
         // Slabs are equally thick, and nothing that is listed begins outside of them but for roundings.
         self.disorder = match grid.slabs {
             0..3 => f64::INFINITY,
             slabs => {
                 let (second, last) = (grid.slab_start(1), grid.slab_start(slabs - 1));
                 let thick = (last - second) / f64::from(slabs - 2);
-                (1.000_001 * thick + 1e-11 * (second.abs() + last.abs() + thick)) * world
+                (1.000_001 * thick + 1e-11 * (second.abs() + last.abs() + thick)) * self.unit
             }
         };
         (binner.projector, lists.met)
     }
 
-    /// As the plan takes them: entries are places on the device, depths in world units.
+    /// As the plan takes them: entries are places on the device.
     pub fn lists(&self) -> Lists<'_> {
         let bins::Lists { starts, entries, nearest, .. } = &self.workspace.lists;
-        Lists { columns: self.columns, rows: self.rows, starts, entries, nearest, disorder: self.disorder }
+        Lists {
+            columns: self.columns,
+            rows: self.rows,
+            starts,
+            entries,
+            nearest,
+            unit: self.unit,
+            disorder: self.disorder,
+        }
     }
 
     /// The list of a tile.

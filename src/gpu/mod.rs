@@ -31,6 +31,7 @@ use crate::{
     exact::decide::{Tally, Truth},
     order::Ordered,
     plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
+    pool,
     project::Projector,
     render::{DeviceChoice, DeviceError, DrawError, Drawing},
     scene::Scene,
@@ -223,22 +224,23 @@ impl Gpu {
     }
 
     fn filter(&mut self, scene: &Scene, view: &View, region: Region, decide: bool) -> Result<Drawing, DrawError> {
-        // On a thread of the pool, so that it is not left and entered again for each loop.
-        rayon::scope(|_| self.filter_in_pool(scene, view, region, decide))
+        let mut drawing = Drawing::new(scene.len(), region)?;
+        pool::enter(|| self.filter_into(scene, view, decide, &mut drawing))?;
+        Ok(drawing)
     }
 
-    fn filter_in_pool(
+    fn filter_into(
         &mut self,
         scene: &Scene,
         view: &View,
-        region: Region,
         decide: bool,
-    ) -> Result<Drawing, DrawError> {
+        drawing: &mut Drawing,
+    ) -> Result<(), DrawError> {
         let begin = Instant::now();
-        let mut drawing = Drawing::new(scene.len(), region)?;
+        let region = drawing.region;
         if scene.is_empty() {
             drawing.ids.resize(region.pixels(), NONE);
-            return Ok(drawing);
+            return Ok(());
         }
         self.ensure_uploaded(scene)?;
         // The device's copy leaves `self` while it is drawn from.
@@ -250,9 +252,11 @@ impl Gpu {
         match &eye {
             None if decide => {
                 self.uploaded = Some(uploaded);
-                let mut drawing = self.cpu.draw(scene, view, region)?;
+                // Not two pictures at a time.
+                drawing.ids = Vec::new();
+                *drawing = self.cpu.draw(scene, view, region)?;
                 drawing.counts.undecided = region.pixels();
-                return Ok(drawing);
+                return Ok(());
             }
             None => drawing.ids.resize(region.pixels(), UNDECIDED),
             Some(eye) => {
@@ -264,7 +268,7 @@ impl Gpu {
                 let rows = (self.limits.tiles as u32 / across).max(1) * TILE;
                 for top in (0..region.height).step_by(rows as usize) {
                     let band = Region { y: region.y + top, height: rows.min(region.height - top), ..region };
-                    result = self.draw_band(&job, band, &mut drawing, decide);
+                    result = self.draw_band(&job, band, drawing, decide);
                     if result.is_err() {
                         break;
                     }
@@ -272,7 +276,7 @@ impl Gpu {
             }
         }
         self.uploaded = Some(uploaded);
-        result.map(|()| drawing)
+        result
     }
 
     /// Appends the ids of a band.
@@ -287,7 +291,7 @@ impl Gpu {
         let mut met = Met::default();
         let search = spheres.scene.len() >= self.effort.cover;
         let cover = search.then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region))).flatten();
-        // What is seen where a tile has no list.
+        // What is seen where nothing is found.
         let mut backgrounds = vec![NONE; band.tiles()];
         for chunk in chunks {
             let mut left = spheres.split(chunk.range.clone());
@@ -296,15 +300,10 @@ impl Gpu {
                 let (wave, limit) = (&mut self.wave, self.limits.wave);
                 let (of_wave, met_now) = match &cover {
                     Some(cover) => {
-                        // What covers a tile need not be listed there if nothing else is, and no more will come.
-                        let places = if waves == 0 && chunks.len() == 1 { large } else { &[] };
-                        let found = wave.collect(spheres, region, &mut left, limit, &Uncovered { cover, places });
-                        if places.is_empty() || left.iter().all(Range::is_empty) {
-                            found
-                        } else {
-                            left = spheres.split(chunk.range.clone());
-                            wave.collect(spheres, region, &mut left, limit, &Uncovered { cover, places: &[] })
-                        }
+                        // A place is a number in one chunk.
+                        let places = if chunks.len() == 1 { large } else { &[] };
+                        let keep = Uncovered { cover, places, listed: waves > 0 };
+                        wave.collect(spheres, region, &mut left, limit, &keep)
                     }
                     None => wave.collect(spheres, region, &mut left, limit, &KeepAll),
                 };
@@ -314,7 +313,7 @@ impl Gpu {
                 drawing.counts.entries += wave.lists().entries.len();
                 let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
                 if all && let Some(cover) = &cover {
-                    let keep = Uncovered { cover, places: large };
+                    let keep = Uncovered { cover, places: large, listed: false };
                     for (tile, background) in backgrounds.iter_mut().enumerate() {
                         if let Some((place, _)) = keep.behind(tile) {
                             *background = spheres.index(place) as i32;
@@ -375,7 +374,7 @@ impl Gpu {
                 _ if pixels * 8 > region.pixels() => self.draw_on_host(spheres, region, ids)?,
                 Some(projector) => {
                     let among = Among { spheres, projector: &projector, wave: &self.wave };
-                    decide::decide(among, &tiles, band.columns, ids)
+                    decide::decide(among, &tiles, band.columns, &backgrounds, ids)
                 }
                 None => self.decide_again(spheres, &tiles, region, &band, ids),
             };

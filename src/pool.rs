@@ -1,0 +1,57 @@
+//! Loops over threads whose pieces stay with a thread from one frame to the next.
+//!
+//! A frame writes what the frame before wrote: ids, tiles, lists. Where another core has these lines changed in its cache, a write waits for
+//! them: measured on two cores, filling 4 MB took 65 us with the halves as they were, and 170 us with the halves exchanged. So each thread
+//! begins with pieces of its own, the same ones each time, and helps others when it is through.
+
+use std::{
+    ops::Range,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use rayon::prelude::*;
+
+/// Runs the work of a frame on a thread of the pool, so that it is not left and entered again for each loop. Memory of a frame that is
+/// large, such as its ids, should be had before: threads of the pool have heaps of their own, and frames run now on one of them, now on another.
+pub fn enter<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    rayon::scope(|_| work())
+}
+
+/// The next piece of a thread, in a pair of cache lines of its own.
+#[repr(align(128))]
+struct Cursor(AtomicUsize);
+
+/// Runs `work` for the pieces `0..pieces`, once each.
+pub fn each(pieces: usize, work: impl Fn(usize) + Sync) {
+    let threads = rayon::current_num_threads().min(pieces);
+    if threads <= 1 {
+        return (0..pieces).for_each(work);
+    }
+    let own = |thread: usize| -> Range<usize> { thread * pieces / threads..(thread + 1) * pieces / threads };
+    let cursors: Vec<_> = (0..threads).map(|thread| Cursor(AtomicUsize::new(own(thread).start))).collect();
+    (0..threads).into_par_iter().with_max_len(1).for_each(|task| {
+        let first = rayon::current_thread_index().unwrap_or(task);
+        for thread in (first..first + threads).map(|thread| thread % threads) {
+            let end = own(thread).end;
+            loop {
+                let piece = cursors[thread].0.fetch_add(1, Ordering::Relaxed);
+                if piece >= end {
+                    break;
+                }
+                work(piece);
+            }
+        }
+    });
+}
+
+/// [`each`] of a few things.
+pub fn each_of<T: Send>(things: impl IntoIterator<Item = T>, work: impl Fn(T) + Sync) {
+    let things: Vec<_> = things.into_iter().map(|thing| Mutex::new(Some(thing))).collect();
+    each(things.len(), |number| {
+        let thing = things[number].lock().unwrap_or_else(PoisonError::into_inner).take();
+        thing.into_iter().for_each(&work);
+    });
+}
