@@ -284,6 +284,41 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
 }
 
 #[test]
+fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
+    // Pixels one apart, with a sphere behind all of them whose nearest point is at depth 1000.
+    let image = ImageSize { width: 96, height: 64 };
+    let camera = Camera { size: ScreenSize::Width(96.0), ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
+    let view = View::new(camera, image);
+    let sphere = |x: f64, y: f64, z: f64, radius: f64| Sphere { center: DVec3::new(x, y, z), radius, color: [0; 3] };
+    let mut spheres = vec![sphere(10_000.0, 0.0, 0.0, 9_000.0)];
+    for k in 0..40 {
+        // Wholly in front of it, missed by a pixel's ray by so little that the device cannot tell.
+        let (column, row) = (f64::from(k * 7 % 80) - 39.5, f64::from(k * 11 % 50) - 24.5);
+        spheres.push(sphere(10.0 + f64::from(k), column + 3.0 * (1.0 + 1e-7), row, 3.0));
+    }
+    for k in 0..6 {
+        // Half out of its surface: what is seen of these is nearer than 1000, and the rest is hidden.
+        spheres.push(sphere(1_002.0, f64::from(12 * k) - 33.3, f64::from(9 * k) - 25.2, 3.0));
+    }
+    let scene = Scene::from_spheres(&spheres).unwrap();
+    let region = Region::whole(image);
+    let want = reference(&scene, &view, region);
+    assert!(want.contains(&0) && want.iter().all(|&id| id >= 0), "it is seen, and covers all");
+    for order in [Effort::default().order, 0] {
+        let mut gpu = portable();
+        gpu.set_effort(Effort { order, cover: 0, ..Effort::default() });
+        both_lanes(&mut gpu, |gpu, lanes| {
+            let left = gpu.draw_filter(&scene, &view, region).unwrap().ids;
+            let open = left.iter().zip(&want).filter(|&(&id, &want)| id == UNDECIDED && want == 0).count();
+            assert!(open > 20, "{lanes}: it is left to the host: {open}");
+            let drawing = gpu.draw(&scene, &view, region).unwrap();
+            assert!(drawing.ids == want, "{lanes}, ordered from {order} on");
+            assert_eq!(drawing.counts.empty, 0, "{lanes}");
+        });
+    }
+}
+
+#[test]
 fn seventy_thousand_spheres_over_one_pixel() {
     let mut random = Random(51);
     let spheres: Vec<Sphere> = (0..70_000)

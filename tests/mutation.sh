@@ -161,8 +161,9 @@ more 'of many that are the same the last is kept' $f 'hashes.par_sort_unstable()
 f=src/cover.rs
 fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs() * BACK);' 'greatest = if greatest > f64::NEG_INFINITY { greatest.min(depth) } else { depth };' '' --test gpu large
 more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test gpu large
-more 'covers: left out where more is seen' src/bins.rs 'if let Some((index, nearest)) = keep.behind(tile)' 'if let Some((index, nearest)) = keep.behind(tile).filter(|_| tile > 1 << 30)' '' --test gpu large
-more 'covers: left out of several waves' src/gpu/mod.rs 'if places.is_empty() || left.iter().all(Range::is_empty) {' 'if places.len() < usize::MAX || left.is_empty() {' '' --test gpu large
+more 'covers: left out where more is seen' src/bins.rs 'found.mixed[tile] |= !(sphere.farthest() < begins);' 'found.mixed[tile] |= sphere.nearest() > begins;' '' --test gpu behind
+more 'covers: left out of several waves' src/bins.rs '&& (!whole || found.iter()' '&& (found.iter()' '' --test gpu large
+more 'covers: not seen where the host decides' src/gpu/decide.rs '*to = if id == NONE { background } else { id };' '*to = id;' '' --test gpu behind
 f=src/gpu/decide.rs
 more 'GPU, decisions: a duplicate by its depth alone' $f 'again |= earlier < index && other == ball;' 'again |= earlier < index;' '' --test exactness gpu::every_pixel
 more 'GPU, decisions: early stop at the first behind' $f 'if nearest - sphere.bound() - disorder > *farthest {' 'if nearest > *farthest {' '' --test exactness gpu::every_pixel
