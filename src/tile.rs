@@ -206,6 +206,7 @@ impl<const SIDE: usize> Tile<SIDE> {
     const BLOCKS: usize = SIDE / BLOCK;
 
     /// Nothing is seen yet in the first columns and rows; beyond them there are no pixels.
+    #[inline(always)]
     pub fn clear(&mut self, columns: usize, rows: usize) {
         (self.slack, self.stale) = (0.0, u64::MAX >> (64 - Self::BLOCKS * Self::BLOCKS));
         for (row, (high, id)) in self.high.iter_mut().zip(&mut self.id).enumerate() {

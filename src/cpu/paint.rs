@@ -137,6 +137,7 @@ impl Canvas {
     }
 
     /// The rows of a tile, each with its place in the tile.
+    #[inline(always)]
     fn rows(&self, grid: &Grid, tile: usize, write: impl Fn(usize, &mut [MaybeUninit<i32>])) {
         let Region { width, height, .. } = self.region;
         let ([x, y], side) = grid.corner(tile);
@@ -166,17 +167,17 @@ impl Painter<'_> {
                     return self.fill(tile, index, canvas);
                 }
                 TILE.with_borrow_mut(|state| {
-                    self.clear(tile, state);
                     let mut depths = depths[tile];
                     let number = background.as_ref().map(|background| background.number);
-                    self.paint_tile::<M>(source, tile, number, state, &mut depths);
-                    self.write(tile, state, background.map_or(NONE, |background| background.index), canvas);
+                    let id = background.map_or(NONE, |background| background.index);
+                    self.paint_tile::<M>(source, tile, number, state, &mut depths, Some((canvas, id)));
                 });
             });
         });
     }
 
     /// Nothing is seen yet.
+    #[inline(always)]
     pub(super) fn clear(&self, tile: usize, state: &mut Tile) {
         let Region { width, height, .. } = self.binner.projector.region;
         let ([x, y], side) = self.binner.grid.corner(tile);
@@ -187,7 +188,7 @@ impl Painter<'_> {
     pub(super) fn paint<M: Mode>(&self, source: Source<'_>, tiles: &mut [Tile], depths: &mut [Depths]) {
         tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(|(tile, (state, depths))| {
             if !source.is_empty(self.binner, tile) {
-                self.paint_tile::<M>(source, tile, None, state, depths);
+                self.paint_tile::<M>(source, tile, None, state, depths, None);
             }
         });
     }
@@ -248,6 +249,7 @@ impl Painter<'_> {
     }
 
     /// Writes the ids of a tile; where there is none, `background`.
+    #[inline(always)]
     fn write(&self, tile: usize, state: &Tile, background: i32, canvas: &Canvas) {
         canvas.rows(&self.binner.grid, tile, |row, to| {
             for (to, &id) in to.iter_mut().zip(state.ids(row)) {
@@ -256,6 +258,7 @@ impl Painter<'_> {
         });
     }
 
+    /// Draws a tile but for what is left out; from nothing on and into the picture if `whole` tells where, and what lies behind all else.
     fn paint_tile<M: Mode>(
         &self,
         source: Source<'_>,
@@ -263,9 +266,10 @@ impl Painter<'_> {
         without: Option<u32>,
         state: &mut Tile,
         depths: &mut Depths,
+        whole: Option<(&Canvas, i32)>,
     ) {
         let (sums, mode) = (Sums::default(), PhantomData::<M>);
-        let work = PaintTile { painter: self, source, without, tile, state, depths, sums, mode };
+        let work = PaintTile { painter: self, source, without, tile, state, depths, whole, sums, mode };
         let sums = tile::dispatch(self.binner.projector.projection, work);
         let mut all = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         all.tally += sums.tally;
@@ -304,6 +308,8 @@ struct PaintTile<'a, M> {
     tile: usize,
     state: &'a mut Tile,
     depths: &'a mut Depths,
+    /// See [`Painter::paint_tile`].
+    whole: Option<(&'a Canvas, i32)>,
     sums: Sums,
     mode: PhantomData<M>,
 }
@@ -315,10 +321,16 @@ impl<M: Mode> tile::Work for PaintTile<'_, M> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(mut self) -> Sums {
         let Painter { scene, truth, binner, .. } = *self.painter;
         let place = Place::new(scene, truth, &binner.projector, binner.grid.corner(self.tile).0);
+        if self.whole.is_some() {
+            self.painter.clear(self.tile, self.state);
+        }
         self.state.begin::<M>(&place);
         match self.source {
             Source::Spheres(lists) => self.spheres::<L, PERSPECTIVE>(lists, &place),
             Source::Groups(lists, ordered) => self.groups::<L, PERSPECTIVE>(lists, ordered, &place),
+        }
+        if let Some((canvas, background)) = self.whole {
+            self.painter.write(self.tile, self.state, background, canvas);
         }
         self.sums.tally = self.state.take_tally();
         self.sums
