@@ -13,12 +13,10 @@ struct Nearest {
     low: vec4<u32>,
     rest: vec4<u32>,
     entry: vec4<u32>,
-    // Half the width of the best's depth.
-    width: vec4<f32>,
 }
 
 fn nothing() -> Nearest {
-    return Nearest(vec4<u32>(MISS), vec4<u32>(MISS), vec4<u32>(0u), vec4<f32>(0.0));
+    return Nearest(vec4<u32>(MISS), vec4<u32>(MISS), vec4<u32>(0u));
 }
 
 // The key of a lower bound. What may lie before 0 gets 0, and nothing is settled against that: every upper bound is at least 0.
@@ -41,18 +39,16 @@ fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> 
         least,
         min(old.rest, max(old.low, low)),
         select(old.entry, named, better),
-        select(old.width, vec4<f32>(item.width), better),
     );
 }
 
-// What begins beyond this changes nothing in a column.
-fn enough(top: Nearest, bottom: Nearest) -> f32 {
+// The greatest depth of a column's bests.
+fn deepest(top: Nearest, bottom: Nearest) -> f32 {
     let low = max(top.low, bottom.low);
-    let width = max(top.width, bottom.width);
-    return depth_of(max(max(low.x, low.y), max(low.z, low.w))) + 2.02 * max(max(width.x, width.y), max(width.z, width.w));
+    return depth_of(max(max(low.x, low.y), max(low.z, low.w)));
 }
 
 // What begins beyond `front` was not looked at.
 fn cut_off(found: Nearest, front: f32) -> Nearest {
-    return Nearest(found.low, min(found.rest, key(vec4<f32>(front))), found.entry, found.width);
+    return Nearest(found.low, min(found.rest, key(vec4<f32>(front))), found.entry);
 }

@@ -46,8 +46,7 @@ struct Chord {
     depth: vec4<f32>,
 }
 
-fn eye_of(at: u32) -> Eye {
-    let tile = tiles[at];
+fn eye_of(tile: Tile, at: u32) -> Eye {
     return Eye(split(frame.right), split(frame.up), split(frame.forward), vec3<i32>(tile.x, tile.y, tile.z));
 }
 

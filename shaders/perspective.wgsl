@@ -59,8 +59,7 @@ struct Chord {
     depth: vec4<f32>,
 }
 
-fn eye_of(at: u32) -> Eye {
-    let tile = tiles[at];
+fn eye_of(tile: Tile, at: u32) -> Eye {
     let fan = fans[at];
     return Eye(split(fan.n), split(fan.m), split(frame.forward), vec3<i32>(tile.x, tile.y, tile.z), vec2<f32>(fan.sx, fan.sy));
 }

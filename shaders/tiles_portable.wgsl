@@ -1,4 +1,10 @@
 // A tile of 8 x 8 pixels is drawn by 8 invocations, a column of 8 pixels each; no subgroups are needed.
+@group(0) @binding(3) var<storage, read> tiles: array<Tile>;
+
+fn tile_at(at: u32) -> Tile {
+    return tiles[at];
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = (group.y * frame.row + group.x) * 8u + local / 8u;
@@ -6,13 +12,15 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let column = local % 8u;
-    let tile = tiles[at];
-    let eye = eye_of(at);
+    let tile = tile_at(at);
+    let eye = eye_of(tile, at);
     let range = range_of(at);
     let high = pixels_of(eye, column, vec4<f32>(0.0, 1.0, 2.0, 3.0));
     let deep = pixels_of(eye, column, vec4<f32>(4.0, 5.0, 6.0, 7.0));
     var top = nothing();
     var bottom = nothing();
+    // See tiles_subgroup8.wgsl.
+    var width = 0.0;
     // Conditions come last, see tiles_subgroup8.wgsl; an empty list reads what is not used.
     var i = 0u;
     loop {
@@ -25,6 +33,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 item = beyond(item);
             }
             front = max(front, item.front);
+            width = max(width, item.width);
             top = visit(top, range, item, entry, high);
             bottom = visit(bottom, range, item, entry, deep);
             i += 1u;
@@ -34,7 +43,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         }
         // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
         front -= frame.disorder;
-        if front > enough(top, bottom) {
+        if front > deepest(top, bottom) + 2.02 * width {
             top = cut_off(top, front);
             bottom = cut_off(bottom, front);
             break;
@@ -43,5 +52,5 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             break;
         }
     }
-    settle_column(tile, column, top, bottom);
+    settle_column(tile, column, top, bottom, width);
 }

@@ -1,5 +1,20 @@
 // A tile of 8 x 8 pixels is drawn by a subgroup of 8, a column of 8 pixels each. Each lane fetches one entry of the list, and all see all eight:
 // on software devices a load costs far more than arithmetic.
+@group(0) @binding(3) var<storage, read> tiles: array<array<u32, 6>>;
+
+// Each lane fetches a word of a tile, too.
+fn tile_at(at: u32, lane: u32) -> Tile {
+    let own = tiles[at][min(lane, 5u)];
+    return Tile(
+        subgroupBroadcast(own, 0u),
+        subgroupBroadcast(own, 1u),
+        bitcast<i32>(subgroupBroadcast(own, 2u)),
+        bitcast<i32>(subgroupBroadcast(own, 3u)),
+        bitcast<i32>(subgroupBroadcast(own, 4u)),
+        subgroupBroadcast(own, 5u),
+    );
+}
+
 fn greatest(x: f32) -> f32 {
     let a = max(subgroupBroadcast(x, 0u), subgroupBroadcast(x, 1u));
     let b = max(subgroupBroadcast(x, 2u), subgroupBroadcast(x, 3u));
@@ -18,13 +33,15 @@ fn main(
     if at >= frame.tiles {
         return;
     }
-    let tile = tiles[at];
-    let eye = eye_of(at);
+    let tile = tile_at(at, lane);
+    let eye = eye_of(tile, at);
     let range = range_of(at);
     let high = pixels_of(eye, lane, vec4<f32>(0.0, 1.0, 2.0, 3.0));
     let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
     var top = nothing();
     var bottom = nothing();
+    // What is best has a depth of no greater half width: that of each alone would have to be carried along at every pixel.
+    var width = 0.0;
     // The condition comes last: software devices go through a loop once more, with nothing to do, where it comes first.
     // An empty list has one round too, in which nothing is within reach.
     var i = 0u;
@@ -69,7 +86,8 @@ fn main(
         bottom = visit(bottom, range, item7, entry7, deep);
         // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
         let front = greatest(item.front) - frame.disorder;
-        if front > greatest(enough(top, bottom)) {
+        width = max(width, greatest(item.width));
+        if front > greatest(deepest(top, bottom)) + 2.02 * width {
             top = cut_off(top, front);
             bottom = cut_off(bottom, front);
             break;
@@ -79,5 +97,5 @@ fn main(
             break;
         }
     }
-    settle_column(tile, lane, top, bottom);
+    settle_column(tile, lane, top, bottom, width);
 }

@@ -94,6 +94,6 @@ const GREATEST_RADIUS = 0x1p40;
 @group(0) @binding(1) var<storage, read> records: array<vec4<i32>>;
 // Places of spheres among all; `frame.first` is that of record 0.
 @group(0) @binding(2) var<storage, read> entries: array<u32>;
-@group(0) @binding(3) var<storage, read> tiles: array<Tile>;
+// Binding 3, the tiles, is in tiles_*.wgsl.
 // 64 per slot, row by row.
 @group(0) @binding(4) var<storage, read_write> ids: array<i32>;

@@ -320,7 +320,8 @@ impl<'a> Probe<'a> {
         machine.bind(3, bytemuck::bytes_of(&place.tile));
         machine.bind(FANS, bytemuck::bytes_of(&place.fan));
         let at = || Value::U32(std::iter::once(0).collect());
-        let (eye, range) = (machine.call("eye_of", vec![at()]), machine.call("range_of", vec![at()]));
+        let tile = machine.call("tile_at", vec![at()]);
+        let (eye, range) = (machine.call("eye_of", vec![tile, at()]), machine.call("range_of", vec![at()]));
         let record = Value::I32(record.into_iter().collect());
         let item = machine.call("prepare", vec![eye.clone(), record]);
         let column = Value::U32(std::iter::once(input.column - left).collect());
