@@ -68,7 +68,7 @@ struct SpeedArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<ImageSize>,
 
-    /// Frames of each kind
+    /// Frames of each kind; short ones after a camera move are taken up to six times as often
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = parse_repetitions)]
     frames: usize,
 
