@@ -7,3 +7,8 @@ fn share4(item: Item) -> Item { return Item(subgroupBroadcast(item.shape, 4u), s
 fn share5(item: Item) -> Item { return Item(subgroupBroadcast(item.shape, 5u), subgroupBroadcast(item.size, 5u), subgroupBroadcast(item.bounds, 5u), subgroupBroadcast(item.safe, 5u), 0.0, 0.0); }
 fn share6(item: Item) -> Item { return Item(subgroupBroadcast(item.shape, 6u), subgroupBroadcast(item.size, 6u), subgroupBroadcast(item.bounds, 6u), subgroupBroadcast(item.safe, 6u), 0.0, 0.0); }
 fn share7(item: Item) -> Item { return Item(subgroupBroadcast(item.shape, 7u), subgroupBroadcast(item.size, 7u), subgroupBroadcast(item.bounds, 7u), subgroupBroadcast(item.safe, 7u), 0.0, 0.0); }
+// What of a tile's rays is passed from lane to lane.
+fn eye0(eye: Eye) -> Eye { return Eye(eye.x, eye.y, eye.z, eye.offset, subgroupBroadcast(eye.center, 0u)); }
+fn eye2(eye: Eye) -> Eye { return Eye(eye.x, eye.y, eye.z, eye.offset, subgroupBroadcast(eye.center, 2u)); }
+fn eye4(eye: Eye) -> Eye { return Eye(eye.x, eye.y, eye.z, eye.offset, subgroupBroadcast(eye.center, 4u)); }
+fn eye6(eye: Eye) -> Eye { return Eye(eye.x, eye.y, eye.z, eye.offset, subgroupBroadcast(eye.center, 6u)); }

@@ -400,6 +400,10 @@ pub struct Limits {
     pub entries: usize,
     /// Tiles drawn at a time.
     pub tiles: usize,
+    /// Lists of at most so many entries have a kernel of their own; 0 if there is none.
+    pub few: u32,
+    /// Where fewer tiles have such lists, they are drawn with the others.
+    pub worth: usize,
     /// Entries of one tile in one pass. Mesa's software device drops loop iterations beyond 65,535 without a word.
     pub round: u32,
 }
@@ -422,6 +426,8 @@ pub struct Segment {
 pub struct Pass {
     /// Which kernel.
     pub clipped: bool,
+    /// Whether no segment has more than [`Limits::few`] entries.
+    pub few: bool,
     /// Which entries of the lists must be on the device.
     pub window: Range<usize>,
     /// Tiles.
@@ -477,10 +483,10 @@ impl Band {
     /// `all` says that no more lists will come.
     pub fn passes(&mut self, lists: &Lists<'_>, eye: &Eye, limits: Limits, all: bool) -> (Vec<Pass>, bool) {
         // Tiles of each kernel, and whether they were never met before.
-        let mut kernels = [Vec::new(), Vec::new()];
+        let mut kernels = [Vec::new(), Vec::new(), Vec::new()];
         let mut meet = |tile: u32| {
-            let empty = lists.starts[tile as usize] == lists.starts[tile as usize + 1];
-            if empty || self.left_out[tile as usize] {
+            let count = lists.starts[tile as usize + 1] - lists.starts[tile as usize];
+            if count == 0 || self.left_out[tile as usize] {
                 return;
             }
             let nearest = lists.nearest[tile as usize] * lists.unit;
@@ -499,18 +505,26 @@ impl Band {
             } else {
                 eye.kernel(nearest)
             };
-            kernels[usize::from(class == Class::Clipped)].push((tile, fresh));
+            let kernel = match class {
+                Class::Clipped => 2,
+                _ => usize::from(count <= limits.few),
+            };
+            kernels[kernel].push((tile, fresh));
         };
         for_tiles_in_order(lists.columns, lists.rows, |tiles| {
             if lists.starts[tiles.start as usize] < lists.starts[tiles.end as usize] {
                 tiles.for_each(&mut meet);
             }
         });
+        if kernels[1].len() < limits.worth {
+            let few = std::mem::take(&mut kernels[1]);
+            kernels[0].extend(few);
+        }
         let mut passes = Vec::new();
         let mut single = true;
         for window in (0..lists.entries.len()).step_by(limits.entries) {
             let window = window as u32..lists.entries.len().min(window + limits.entries) as u32;
-            for (clipped, tiles) in [false, true].into_iter().zip(&kernels) {
+            for ((clipped, few), tiles) in [(false, false), (false, true), (true, false)].into_iter().zip(&kernels) {
                 for round in 0.. {
                     let mut segments = Vec::new();
                     for &(tile, fresh) in tiles {
@@ -527,7 +541,7 @@ impl Band {
                     if segments.is_empty() {
                         break;
                     }
-                    passes.push(Pass { clipped, window: window.start as usize..window.end as usize, segments });
+                    passes.push(Pass { clipped, few, window: window.start as usize..window.end as usize, segments });
                 }
             }
         }

@@ -28,7 +28,14 @@ pub struct Variant {
     pub certain: bool,
     /// How lists are fetched.
     pub lanes: Lanes,
+    /// Whether lists have [`FEW`] entries at most; with [`Lanes::Eight`] and without clip planes only.
+    pub few: bool,
 }
+
+/// Entries of lists that are short.
+pub const FEW: u32 = 2;
+/// So many tiles with short lists are drawn by one subgroup.
+pub const FEW_TILES: u32 = 4;
 
 /// Bindings of group 0 that are not in every variant.
 pub const STATES: u32 = 5;
@@ -113,12 +120,14 @@ impl Variant {
             pairs.into_iter().flat_map(move |clipped| {
                 pairs.into_iter().flat_map(move |merged| {
                     pairs.into_iter().flat_map(move |certain| {
-                        [Lanes::Alone, Lanes::Eight].into_iter().map(move |lanes| Self {
+                        let kinds = [(Lanes::Alone, false), (Lanes::Eight, false), (Lanes::Eight, true)];
+                        kinds.into_iter().filter(move |&(_, few)| !(few && clipped)).map(move |(lanes, few)| Self {
                             projection,
                             clipped,
                             merged,
                             certain,
                             lanes,
+                            few,
                         })
                     })
                 })
@@ -160,7 +169,7 @@ impl Variant {
                 } else {
                     part!("share_orthographic.wgsl")
                 });
-                parts.push(part!("tiles_subgroup8.wgsl"));
+                parts.push(if self.few { part!("tiles_few_subgroup8.wgsl") } else { part!("tiles_subgroup8.wgsl") });
             }
         }
         parts

@@ -74,7 +74,7 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     let mut modules = HashMap::new();
     let mut dispatch = |clipped: bool, disorder: f32, entries: &[u32], segments: &[Segment], tiles: &[plan::Tile]| {
         let projection = eye.projection();
-        let variant = Variant { projection, clipped, merged: !single, certain: true, lanes: Lanes::Alone };
+        let variant = Variant { projection, clipped, merged: !single, certain: true, lanes: Lanes::Alone, few: false };
         let module = modules.entry(variant).or_insert_with(|| module(variant)).clone();
         let mut machine = Machine::new(module, Unfriendly::new(habits, seed));
         let places: Vec<_> = segments.iter().map(|segment| band.place(segment.tile)).collect();
@@ -149,7 +149,8 @@ fn fill(ids: &mut [i32], region: Region, columns: u32, tile: u32, pixels: &[i32]
     }
 }
 
-const ALL: Limits = Limits { wave: usize::MAX, entries: usize::MAX, tiles: usize::MAX, round: 60_000 };
+const ALL: Limits =
+    Limits { wave: usize::MAX, entries: usize::MAX, tiles: usize::MAX, few: 0, worth: 0, round: 60_000 };
 /// So small that tiles take several passes.
 const SMALL: Limits = Limits { round: 5, ..ALL };
 
@@ -348,7 +349,7 @@ fn measure<const N: usize>(
     apart: [f64; 2],
     ratios: impl Fn(&Probe, &Found, &Exact) -> [Option<f64>; N],
 ) {
-    let variant = Variant { projection, clipped: false, merged: false, certain: true, lanes: Lanes::Alone };
+    let variant = Variant { projection, clipped: false, merged: false, certain: true, lanes: Lanes::Alone, few: false };
     let module = module(variant);
     let mut random = Random::new(seed);
     let mut worst = [0.0f64; N];

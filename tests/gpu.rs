@@ -215,13 +215,16 @@ fn chunks_rounds_windows_batches_and_regions_do_not_show() {
         let want = reference(&scene, &view, region);
         both_lanes(&mut portable(), |gpu, lanes| {
             for (chunk, limits) in [
-                (usize::MAX, Limits { wave: 1 << 24, entries: 1 << 24, tiles: 1 << 16, round: 1 << 15 }),
-                (330, Limits { wave: 1 << 24, entries: 1 << 24, tiles: 1 << 16, round: 1 << 15 }),
-                (330, Limits { wave: 1 << 24, entries: 5_000, tiles: 50, round: 9 }),
-                (77, Limits { wave: 300, entries: 777, tiles: 20, round: 7 }),
+                (
+                    usize::MAX,
+                    Limits { wave: 1 << 24, entries: 1 << 24, tiles: 1 << 16, few: 0, worth: 0, round: 1 << 15 },
+                ),
+                (330, Limits { wave: 1 << 24, entries: 1 << 24, tiles: 1 << 16, few: 0, worth: 0, round: 1 << 15 }),
+                (330, Limits { wave: 1 << 24, entries: 5_000, tiles: 50, few: 0, worth: 0, round: 9 }),
+                (77, Limits { wave: 300, entries: 777, tiles: 20, few: 0, worth: 0, round: 7 }),
             ] {
                 gpu.shrink(chunk, 7, limits);
-                gpu.set_effort(Effort { order: 0, cover: 0, ..Effort::default() });
+                gpu.set_effort(Effort { order: 0, cover: 0, few: 0, ..Effort::default() });
                 let ids = draw(gpu, &scene, &view, region);
                 check(&format!("{projection:?}, {lanes}, {limits:?}"), &ids, &want, region.width, 5e-3);
                 assert_eq!(gpu.draw(&scene, &view, region).unwrap().ids, want, "{projection:?}, {lanes}, {limits:?}");
@@ -257,7 +260,7 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
         let mut drawings = Vec::new();
         for order in [Effort::default().order, 0] {
             let mut gpu = portable();
-            gpu.set_effort(Effort { order, ..Effort::default() });
+            gpu.set_effort(Effort { order, few: 0, ..Effort::default() });
             both_lanes(&mut gpu, |gpu, lanes| {
                 let drawing = gpu.draw(&scene, &view, region).unwrap();
                 assert!(
@@ -306,7 +309,7 @@ fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
     assert!(want.contains(&0) && want.iter().all(|&id| id >= 0), "it is seen, and covers all");
     for order in [Effort::default().order, 0] {
         let mut gpu = portable();
-        gpu.set_effort(Effort { order, cover: 0, ..Effort::default() });
+        gpu.set_effort(Effort { order, cover: 0, few: 0, ..Effort::default() });
         both_lanes(&mut gpu, |gpu, lanes| {
             let left = gpu.draw_filter(&scene, &view, region).unwrap().ids;
             let open = left.iter().zip(&want).filter(|&(&id, &want)| id == UNDECIDED && want == 0).count();

@@ -192,6 +192,9 @@ f=shaders/perspective.wgsl
 more 'GPU, perspective: E without the place' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (65.0 * U * k * radius)' '' --test adversary squares
 more 'GPU, perspective: E without roundings' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (3.7 * delta)' '' --test adversary squares
 more 'GPU, perspective: E without the place squared' $f '+ 4.4 * delta * delta' '' '' --test adversary squares
+more 'GPU, short lists: the first entry alone' shaders/tiles_few_subgroup8.wgsl 'if lane % 2u >= tile.count {' 'if lane % 2u >= 1u {' '' --test exactness gpu_skipping::every_pixel
+more 'GPU, short lists: lists of three' src/plan.rs 'count <= limits.few' 'count <= limits.few + u32::from(limits.few > 0)' '' --test exactness gpu_skipping::every_pixel
+more 'GPU, half widths of tiles: the last item alone' shaders/tiles_portable.wgsl 'width = max(width, item.width);' 'width = item.width * 0.001;' '' --test adversary settled
 more 'GPU: the best is always right' shaders/settle_once.wgsl '(rest > high) &' '(rest > 0u) &' '' --test adversary settled
 more 'GPU: unsafe bests are kept' shaders/settle_once.wgsl '(named < AGAIN)' '(named < MISS)' '' --test adversary settled
 more 'GPU: the best of several passes is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled

@@ -11,7 +11,7 @@ fn every_variant_is_valid() {
         variant.source().validate().unwrap_or_else(|message| panic!("{variant:?}\n{message}"));
         count += 1;
     }
-    assert_eq!(count, 32);
+    assert_eq!(count, 40);
 }
 
 #[test]

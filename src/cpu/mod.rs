@@ -45,7 +45,7 @@ pub(crate) fn shift(region: Region) -> u32 {
     if tiles >= 8 * rayon::current_num_threads() { SIDE.ilog2() } else { SIDE.ilog2() - 1 }
 }
 
-/// From how many spheres on work is done that saves more of it later, and how much is done at once. Pictures do not depend on it.
+/// From how many spheres on (or tiles) work is done that saves more of it later, and how much is done at once. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// A scene that is drawn again is put in order.
@@ -56,11 +56,13 @@ pub struct Effort {
     pub sample: usize,
     /// About how many entries one wave of lists has at most.
     pub wave: usize,
+    /// Tiles with short lists have a kernel of their own on a GPU that draws again.
+    pub few: usize,
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE }
+        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE, few: 512 }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::{
     plan::{self, Band, Eye, FRESH, LAST, NONE, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
     pool,
     render::DrawError,
-    shader::{FANS, Lanes, PLANES, STATES, Variant},
+    shader::{FANS, FEW_TILES, Lanes, PLANES, STATES, Variant},
     simd,
 };
 
@@ -99,7 +99,7 @@ impl Executor {
         let lists = wave.lists();
         let disorder = eye.steps(lists.disorder) + 4.0 * eye.frame.delta_depth;
         let mut present = None;
-        for pass in passes {
+        for (number, pass) in passes.iter().enumerate() {
             if present.as_ref() != Some(&pass.window) {
                 self.entries.write(&self.device, &self.queue, &lists.entries[pass.window.clone()]);
                 present = Some(pass.window.clone());
@@ -114,7 +114,20 @@ impl Executor {
             };
             let tiles = tile_table(band, &pass.segments, place);
             let frame = plan::Frame { disorder, ..eye.frame };
-            self.dispatch(eye, band, chunk, frame, pass.clipped, first.is_none(), &pass.segments, &tiles)?;
+            let submission = self.dispatch(
+                eye,
+                band,
+                chunk,
+                frame,
+                (pass.clipped, pass.few),
+                first.is_none(),
+                &pass.segments,
+                &tiles,
+            );
+            // Uploads of later entries wait in memory until earlier ones are done.
+            if passes.get(number + 1).is_none_or(|next| next.window != pass.window) {
+                self.wait(Some(submission))?;
+            }
         }
         Ok(())
     }
@@ -128,7 +141,8 @@ impl Executor {
         let segments: Vec<Segment> =
             met.iter().map(|&tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
         let tiles = tile_table(band, &segments, |_, segment| segment.tile | LAST);
-        self.dispatch(eye, band, chunk, eye.frame, false, true, &segments, &tiles)
+        let submission = self.dispatch(eye, band, chunk, eye.frame, (false, false), true, &segments, &tiles);
+        self.wait(Some(submission))
     }
 
     fn reserve(&mut self, pixels: usize, states: bool) {
@@ -145,13 +159,13 @@ impl Executor {
         band: &Band,
         chunk: &Chunk,
         frame: plan::Frame,
-        clipped: bool,
+        (clipped, few): (bool, bool),
         merged: bool,
         segments: &[Segment],
         tiles: &[plan::Tile],
-    ) -> Result<(), DrawError> {
+    ) -> wgpu::SubmissionIndex {
         let variant =
-            Variant { projection: eye.projection(), clipped, merged, certain: self.certain, lanes: self.lanes };
+            Variant { projection: eye.projection(), clipped, merged, certain: self.certain, lanes: self.lanes, few };
         self.prepare_pipeline(variant);
         let (device, queue) = (&self.device, &self.queue);
         self.tiles.write(device, queue, tiles);
@@ -164,7 +178,7 @@ impl Executor {
         if has(PLANES) {
             self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
         }
-        let groups = (tiles.len() as u32).div_ceil(TILE);
+        let groups = (tiles.len() as u32).div_ceil(TILE * if few { FEW_TILES } else { 1 });
         let row = groups.min(self.workgroups);
         let frame = plan::Frame { first: chunk.range.start as u32, tiles: tiles.len() as u32, row, ..frame };
         self.frame.write(device, queue, &[frame]);
@@ -191,10 +205,8 @@ impl Executor {
             compute.set_bind_group(0, &group, &[]);
             compute.dispatch_workgroups(row, groups.div_ceil(row), 1);
         }
-        let submission = queue.submit([encoder.finish()]);
         self.dispatches += 1;
-        // Uploads of later passes wait in memory until earlier ones are done.
-        self.wait(Some(submission))
+        queue.submit([encoder.finish()])
     }
 
     /// Until a submission is done, or the last.

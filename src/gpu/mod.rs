@@ -35,7 +35,7 @@ use crate::{
     project::Projector,
     render::{DeviceChoice, DeviceError, DrawError, Drawing},
     scene::Scene,
-    shader::Lanes,
+    shader::{FEW, Lanes},
 };
 use decide::{Among, Undecided};
 use execute::{BACKGROUND, Executor, HOST, fill};
@@ -129,13 +129,15 @@ impl Gpu {
             }
         });
         let binding = binding as usize;
+        let effort = Effort { order: 1 << 15, ..Effort::default() };
         let limits = Limits {
             wave: 1 << 22,
             entries: (binding / 4).min(1 << 24),
             tiles: (binding / (TILE_PIXELS * size_of::<plan::State>())).min(1 << 16),
+            few: 0,
+            worth: effort.few,
             round: 32_768,
         };
-        let effort = Effort { order: 1 << 15, ..Effort::default() };
         Ok(Self {
             // 64 Mi spheres in a buffer are plenty.
             chunk: (binding / 16).min(1 << 26),
@@ -181,6 +183,7 @@ impl Gpu {
         let fits = lanes == Lanes::Alone || self.executor.device.features().contains(wgpu::Features::SUBGROUP);
         if fits {
             self.executor.lanes = lanes;
+            self.limits.few = 0;
         }
         fits
     }
@@ -194,6 +197,8 @@ impl Gpu {
             wave: own.wave.min(limits.wave.max(1)),
             entries: own.entries.min(limits.entries.max(1)),
             tiles: own.tiles.min(limits.tiles.max(1)),
+            few: own.few,
+            worth: own.worth,
             round: own.round.min(limits.round.max(1)),
         };
         self.uploaded = None;
@@ -201,7 +206,7 @@ impl Gpu {
 
     /// Sets from how many spheres on they are ordered, and searched for what large ones hide, to test that it does not show.
     pub fn set_effort(&mut self, effort: Effort) {
-        self.effort = effort;
+        (self.effort, self.limits.worth) = (effort, effort.few);
         (self.uploaded, self.cpu) = (None, Cpu::with(effort));
     }
 
@@ -276,6 +281,10 @@ impl Gpu {
             }
         }
         self.uploaded = Some(uploaded);
+        if self.executor.lanes == Lanes::Eight {
+            // One kernel more is worth compiling for a device that draws again.
+            self.limits.few = FEW;
+        }
         result
     }
 

@@ -1,0 +1,56 @@
+// Four tiles of 8 x 8 pixels whose lists have two entries at most are drawn by a subgroup of 8: each lane fetches one entry of one tile, then all
+// eight draw the tiles in turn, a column of 8 pixels each. What a tile costs besides its entries is most of what such tiles cost.
+@group(0) @binding(3) var<storage, read> tiles: array<Tile>;
+
+fn draw(
+    at: u32,
+    lane: u32,
+    eye: Eye,
+    range: Range,
+    one: Item,
+    entry_one: u32,
+    two: Item,
+    entry_two: u32,
+    width: f32,
+    slot: u32,
+) {
+    let high = pixels_of(eye, lane, vec4<f32>(0.0, 1.0, 2.0, 3.0));
+    let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
+    var top = visit(nothing(), range, one, entry_one, high);
+    var bottom = visit(nothing(), range, one, entry_one, deep);
+    top = visit(top, range, two, entry_two, high);
+    bottom = visit(bottom, range, two, entry_two, deep);
+    if at < frame.tiles {
+        settle_column(Tile(0u, 0u, 0, 0, 0, slot), lane, top, bottom, width);
+    }
+}
+
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(subgroup_id) part: u32,
+    @builtin(subgroup_invocation_id) lane: u32,
+) {
+    let first = ((group.y * frame.row + group.x) * 8u + part) * 4u;
+    if first >= frame.tiles {
+        return;
+    }
+    // Past the end the last tile is fetched again, and not drawn.
+    let at = min(first + lane / 2u, frame.tiles - 1u);
+    let tile = tiles[at];
+    let eye = eye_of(tile, at);
+    let range = range_of(at);
+    let own = entries[tile.start + min(lane % 2u, max(tile.count, 1u) - 1u)];
+    var item = prepare(eye, records[own - frame.first]);
+    if lane % 2u >= tile.count {
+        item = beyond(item);
+    }
+    draw(first + 0u, lane, eye0(eye), range, share0(item), subgroupBroadcast(own, 0u), share1(item), subgroupBroadcast(own, 1u),
+        max(subgroupBroadcast(item.width, 0u), subgroupBroadcast(item.width, 1u)), subgroupBroadcast(tile.slot, 0u));
+    draw(first + 1u, lane, eye2(eye), range, share2(item), subgroupBroadcast(own, 2u), share3(item), subgroupBroadcast(own, 3u),
+        max(subgroupBroadcast(item.width, 2u), subgroupBroadcast(item.width, 3u)), subgroupBroadcast(tile.slot, 2u));
+    draw(first + 2u, lane, eye4(eye), range, share4(item), subgroupBroadcast(own, 4u), share5(item), subgroupBroadcast(own, 5u),
+        max(subgroupBroadcast(item.width, 4u), subgroupBroadcast(item.width, 5u)), subgroupBroadcast(tile.slot, 4u));
+    draw(first + 3u, lane, eye6(eye), range, share6(item), subgroupBroadcast(own, 6u), share7(item), subgroupBroadcast(own, 7u),
+        max(subgroupBroadcast(item.width, 6u), subgroupBroadcast(item.width, 7u)), subgroupBroadcast(tile.slot, 6u));
+}
