@@ -8,8 +8,8 @@
 //!   [`shader`].
 //! * [`order`], [`cover`]: what can be skipped: groups of neighbours as a whole, and what large spheres hide.
 //! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and the other decides what is left over.
-//! * [`bins`], [`project`], [`filter`], [`simd`]: spheres into view space, tile lists, and one ray against one sphere, in f64
-//!   with bounds that are derived next to them.
+//! * [`bins`], [`project`], [`filter`], [`simd`], [`pool`]: spheres into view space, tile lists, and one ray against one sphere, in f64
+//!   with bounds that are derived next to them; all lanes, all cores.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
 //! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which planes. [`memory`]: how much is left.
 //!

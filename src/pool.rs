@@ -55,3 +55,34 @@ pub fn each_of<T: Send>(things: impl IntoIterator<Item = T>, work: impl Fn(T) + 
         thing.into_iter().for_each(&work);
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_piece_is_done_once_on_any_pool() {
+        for threads in [1, 2, 3, 16] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            for pieces in [0, 1, 2, 5, 1000] {
+                let done: Vec<_> = (0..pieces).map(|_| AtomicUsize::new(0)).collect();
+                // From outside of the pool, from inside, and from several threads of it at once.
+                let all = || {
+                    each(pieces, |piece| {
+                        done[piece].fetch_add(1, Ordering::Relaxed);
+                    });
+                };
+                pool.install(all);
+                pool.install(|| enter(all));
+                pool.install(|| rayon::join(all, all));
+                assert!(
+                    done.iter().all(|done| done.load(Ordering::Relaxed) == 4),
+                    "{threads} threads, {pieces} pieces"
+                );
+                let mut things = vec![0; pieces];
+                pool.install(|| each_of(things.iter_mut().enumerate(), |(number, thing)| *thing += number + 1));
+                assert!(things.iter().enumerate().all(|(number, thing)| *thing == number + 1), "{threads}, {pieces}");
+            }
+        }
+    }
+}
