@@ -66,7 +66,7 @@ struct Drawer {
 
 /// Opens a device that must be there.
 fn open(choice: Choice) -> Drawer {
-    let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16, few: 0 };
+    let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16, few: 0, rest: 0 };
     let device = match choice {
         Choice::Cpu => Device::open(&DeviceChoice::Cpu),
         Choice::Skipping => Ok(Device::Cpu(Box::new(Cpu::with(effort)))),

@@ -322,6 +322,30 @@ fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
 }
 
 #[test]
+fn a_device_that_leaves_most_over_is_not_asked_each_time() {
+    // Many spheres almost in one place: no f32 can tell which is seen.
+    let mut random = Random(71);
+    let spheres: Vec<Sphere> =
+        (0..200).map(|_| Sphere { center: 1e-9 * random.vector(-1.0, 1.0), radius: 3.0, color: [0; 3] }).collect();
+    let hard = Scene::from_spheres(&spheres).unwrap();
+    let easy = cloud(72, 300, 0.1..0.5, 0.0);
+    let view = View::new(camera(0.0, Projection::Orthographic), IMAGE);
+    let region = Region::whole(IMAGE);
+    let mut gpu = portable();
+    let mut dispatches = |scene: &Scene| {
+        let before = gpu.activity().1;
+        let ids = gpu.draw(scene, &view, region).unwrap().ids;
+        assert!(ids == Cpu::default().draw(scene, &view, region).unwrap().ids);
+        gpu.activity().1 - before
+    };
+    assert!(dispatches(&hard) > 0, "the first time it is asked");
+    let rest = Effort::default().rest;
+    assert!((0..rest).all(|_| dispatches(&hard) == 0), "then the host draws alone");
+    assert!(dispatches(&hard) > 0, "and after a while it is tried again");
+    assert!(dispatches(&easy) > 0 && dispatches(&easy) > 0, "another scene is another matter");
+}
+
+#[test]
 fn seventy_thousand_spheres_over_one_pixel() {
     let mut random = Random(51);
     let spheres: Vec<Sphere> = (0..70_000)

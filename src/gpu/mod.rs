@@ -72,6 +72,8 @@ pub struct Gpu {
     uploads: u64,
     wave: Wave,
     effort: Effort,
+    /// Frames of this scene that the host draws alone, as the device would leave most of the work to it.
+    rest: usize,
     /// For what the device's numbers cannot hold, and pictures in which nearly every pixel is hard.
     cpu: Cpu,
     /// What went wrong outside of any call, such as a lost device.
@@ -148,6 +150,7 @@ impl Gpu {
             uploads: 0,
             wave: Wave::default(),
             effort,
+            rest: 0,
             cpu: Cpu::with(effort),
             fault,
         })
@@ -252,10 +255,17 @@ impl Gpu {
         let Some(uploaded) = self.uploaded.take() else {
             return Err(DrawError::Device("the scene is not on the device".into()));
         };
-        let eye = uploaded.fixed.and_then(|fixed| Eye::new(&fixed, &scene.bounds(), view));
+        let mut eye = uploaded.fixed.and_then(|fixed| Eye::new(&fixed, &scene.bounds(), view));
+        if decide && self.executor.certain && self.rest > 0 {
+            self.rest -= 1;
+            eye = None;
+        }
         let mut result = Ok(());
         match &eye {
             None if decide => {
+                if let Some(ordered) = &uploaded.ordered {
+                    self.cpu.adopt(scene, ordered);
+                }
                 self.uploaded = Some(uploaded);
                 // Not two pictures at a time.
                 drawing.ids = Vec::new();
@@ -380,7 +390,10 @@ impl Gpu {
             let tiles: Vec<u32> = left_over.into_iter().map(|tile| tile.0).collect();
             // Lists of several waves are gone.
             let tally = match projector.filter(|_| waves == 1) {
-                _ if pixels * 8 > region.pixels() => self.draw_on_host(spheres, region, ids)?,
+                _ if pixels * 8 > region.pixels() => {
+                    self.rest = if region == drawing.region { self.effort.rest } else { 0 };
+                    self.draw_on_host(spheres, region, ids)?
+                }
                 Some(projector) => {
                     let among = Among { spheres, projector: &projector, wave: &self.wave };
                     decide::decide(among, &tiles, band.columns, &backgrounds, ids)
@@ -431,7 +444,7 @@ impl Gpu {
             return Ok(());
         }
         // What is kept of another scene.
-        (self.uploaded, self.cpu) = (None, Cpu::with(self.effort));
+        (self.uploaded, self.cpu, self.rest) = (None, Cpu::with(self.effort), 0);
         let fixed = Fixed::new(&scene.bounds());
         let mut chunks = Vec::new();
         let mut ordered = None;
