@@ -60,7 +60,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 cargo build --release --quiet
-ours=${PLANISPHERE:-target/release/planisphere}
+ours=${PLANISPHERE:-${CARGO_TARGET_DIR:-target}/release/planisphere}
 
 embree=
 if ! command -v g++ >/dev/null; then
