@@ -36,8 +36,9 @@ struct Item {
     // Above this square, at least 2.2 E, a hit is certain. Then root - sqrt(q*) <= 2 E / (root + sqrt(root^2 - 2 E)) <= 1.54 E / root, and its
     // depth is good to 2.02 `width`.
     safe: f32,
+    // Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
     width: f32,
-    // Not more than the depth at which the sphere begins; not passed from lane to lane.
+    // Not more than the depth at which the sphere begins.
     front: f32,
 }
 

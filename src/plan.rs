@@ -552,8 +552,8 @@ impl Band {
 /// Side of the blocks in which tiles are drawn, in tiles.
 const BLOCK: u32 = 8;
 
-/// An order of tiles, some neighbours at a time: blocks of neighbours, whose lists share spheres, come together, so that caches see them together; blocks
-/// that follow each other are distant, so that devices that split a dispatch into contiguous parts are loaded evenly.
+/// An order of tiles, given by rows of neighbours: blocks of neighbours, whose lists share spheres, come together, so that caches see them
+/// together; blocks that follow each other are distant, so that devices that split a dispatch into contiguous parts are loaded evenly.
 fn for_tiles_in_order(columns: u32, rows: u32, mut visit: impl FnMut(Range<u32>)) {
     let across = columns.div_ceil(BLOCK);
     let blocks = (across * rows.div_ceil(BLOCK)) as usize;

@@ -136,7 +136,7 @@ fn nearest_and_farthest() {
     });
     climb("farthest", Projection::Orthographic, 3, wide(3.0, 10.0), |stage, input, e| {
         let s = projected(stage, input);
-        Some(1.0 - error(s.z + s.r + s.bound(), e.z + e.r) / s.bound())
+        Some(1.0 - error(s.farthest(), e.z + e.r) / s.bound())
     });
 }
 

@@ -99,6 +99,7 @@ more 'near root for far' $f '            second
 f=src/project.rs
 more 'P / 8' $f 'const POSITION: f64 = 8.0 * U;' 'const POSITION: f64 = U;' '' --test bounds position
 more 'nearest point without P' $f 'self.z - self.r - self.bound()' 'self.z - self.r' '' --test bounds nearest
+more 'farthest point without P' $f 'self.z + self.r + self.bound()' 'self.z + self.r' '' --test bounds farthest
 more 'footprint, widening / 8' $f 'pub const REACH: f64 = 1.5;' 'pub const REACH: f64 = 1.5 / 8.0;' '' --test bounds footprints
 more 'footprint, margin / 8' $f 'pub const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);' 'pub const MARGIN: f64 = f64::from_bits((1023 - 41) << 52);' '' --test bounds footprints
 fault 'slopes of tangents, bound / 8' $f 'pub const SLOPE: f64 = 12.0 * U;' 'pub const SLOPE: f64 = 1.5 * U;' '' --test bounds tangents
@@ -108,6 +109,8 @@ f=src/bins.rs
 more 'edge of a slab, bound / 8' $f 'pub const EDGE: f64 = 4.0 * U;' 'pub const EDGE: f64 = 0.5 * U;' '' --test bounds slabs
 more 'tiles that miss a disc, bound / 8' $f 'pub const APART: f64 = 1.5;' 'pub const APART: f64 = 1.5 / 8.0;' '' --test bounds misses
 
+more 'lists by what they touch: a tile in 64 left out' $f 'touched[tile / 64] |= 1 << (tile % 64);' 'touched[tile / 64] |= u64::from(tile % 64 > 0) << (tile % 64);' '' --test gpu large
+more 'lists: counts of the picture before' $f '                self.counts[key] = 0;' '                self.counts[key] += 0;' '' --test gpu large
 more 'groups hidden that begin anywhere in front' $f 'columns.all(|column| nearest' 'columns.any(|column| nearest' '' --test gpu large
 
 f=src/exact/dd.rs

@@ -141,7 +141,8 @@ impl Cpu {
         Ok(drawing)
     }
 
-    fn draw_into<M: Mode>(&mut self, scene: &Scene, view: &View, drawing: &mut Drawing) {
+    /// The same into a drawing that has no ids yet.
+    pub(crate) fn draw_into<M: Mode>(&mut self, scene: &Scene, view: &View, drawing: &mut Drawing) {
         let truth = Truth::new(view, scene.bounds());
         let region = drawing.region;
         let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;

@@ -36,6 +36,7 @@ use crate::{
     render::{DeviceChoice, DeviceError, DrawError, Drawing},
     scene::Scene,
     shader::{FEW, Lanes},
+    tile::Exact,
 };
 use decide::{Among, Undecided};
 use execute::{BACKGROUND, Executor, HOST, fill};
@@ -213,7 +214,8 @@ impl Gpu {
         (self.uploaded, self.cpu) = (None, Cpu::with(effort));
     }
 
-    /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the host again.
+    /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the host again. Where that was a good part of
+    /// the pixels, the next frames of the same scene are drawn by the host alone.
     ///
     /// # Errors
     /// When the device fails, or memory does not suffice there or here.
@@ -266,12 +268,8 @@ impl Gpu {
                 if let Some(ordered) = &uploaded.ordered {
                     self.cpu.adopt(scene, ordered);
                 }
-                self.uploaded = Some(uploaded);
-                // Not two pictures at a time.
-                drawing.ids = Vec::new();
-                *drawing = self.cpu.draw(scene, view, region)?;
+                self.cpu.draw_into::<Exact>(scene, view, drawing);
                 drawing.counts.undecided = region.pixels();
-                return Ok(());
             }
             None => drawing.ids.resize(region.pixels(), UNDECIDED),
             Some(eye) => {
