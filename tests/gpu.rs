@@ -346,6 +346,35 @@ fn a_device_that_leaves_most_over_is_not_asked_each_time() {
 }
 
 #[test]
+fn few_spheres_in_many_tiles_are_all_seen() {
+    // Small spheres here and there, one in each fourth tile of the left edge; pixels are one apart.
+    let image = ImageSize { width: 256, height: 256 };
+    let region = Region::whole(image);
+    let mut random = Random(81);
+    let spheres: Vec<Sphere> = (0..40)
+        .map(|k| {
+            let place = |random: &mut Random| random.between(-126.0, 126.0);
+            let (right, up) =
+                if k < 8 { (-124.0, 124.0 - 32.0 * f64::from(k)) } else { (place(&mut random), place(&mut random)) };
+            Sphere { center: DVec3::new(random.between(10.0, 20.0), -right, up), radius: 2.3, color: [0; 3] }
+        })
+        .collect();
+    let scene = Scene::from_spheres(&spheres).unwrap();
+    both_lanes(&mut portable(), |gpu, lanes| {
+        // What one picture leaves in memory must not show in the next.
+        for aside in [0.0, 0.4, 77.3, -50.6] {
+            let origin = DVec3::new(0.0, aside, 0.5 * aside);
+            let camera = Camera { size: ScreenSize::Width(256.0), ..Camera::orthographic(origin, DVec3::X) };
+            let view = View::new(camera, image);
+            let want = reference(&scene, &view, region);
+            let drawing = gpu.draw(&scene, &view, region).unwrap();
+            assert!(drawing.ids == want, "{lanes}, {aside}");
+            assert!(drawing.counts.entries > 20 && drawing.counts.entries < 256, "{:?}", drawing.counts);
+        }
+    });
+}
+
+#[test]
 fn seventy_thousand_spheres_over_one_pixel() {
     let mut random = Random(51);
     let spheres: Vec<Sphere> = (0..70_000)

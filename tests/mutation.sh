@@ -109,8 +109,8 @@ f=src/bins.rs
 more 'edge of a slab, bound / 8' $f 'pub const EDGE: f64 = 4.0 * U;' 'pub const EDGE: f64 = 0.5 * U;' '' --test bounds slabs
 more 'tiles that miss a disc, bound / 8' $f 'pub const APART: f64 = 1.5;' 'pub const APART: f64 = 1.5 / 8.0;' '' --test bounds misses
 
-more 'lists by what they touch: a tile in 64 left out' $f 'touched[tile / 64] |= 1 << (tile % 64);' 'touched[tile / 64] |= u64::from(tile % 64 > 0) << (tile % 64);' '' --test gpu large
-more 'lists: counts of the picture before' $f '                self.counts[key] = 0;' '                self.counts[key] += 0;' '' --test gpu large
+more 'lists by what they touch: a tile in 64 left out' $f 'touched[tile / 64] |= 1 << (tile % 64);' 'touched[tile / 64] |= u64::from(tile % 64 > 0) << (tile % 64);' '' --test gpu few_spheres
+more 'lists: counts of the picture before' $f '                self.counts[key] = 0;' '                self.counts[key] += 0;' '' --test gpu few_spheres
 more 'groups hidden that begin anywhere in front' $f 'columns.all(|column| nearest' 'columns.any(|column| nearest' '' --test gpu large
 
 f=src/exact/dd.rs
