@@ -6,7 +6,7 @@
 //!
 //! The bounds are derived in [`crate::filter`]. Which spheres come, and in which order, is the devices' matter.
 
-use std::marker::PhantomData;
+use std::{marker::PhantomData, ops::Range};
 
 use crate::{
     camera::Projection,
@@ -127,6 +127,8 @@ pub struct Tile<const SIDE: usize> {
     slack: f64,
     /// Blocks whose depth may have become less.
     stale: u64,
+    /// Rows in which something is to be decided about the sphere at hand; none in between.
+    open: u64,
     /// What was decided.
     tally: Tally,
 }
@@ -134,7 +136,7 @@ pub struct Tile<const SIDE: usize> {
 impl<const SIDE: usize> Default for Tile<SIDE> {
     fn default() -> Self {
         let (high, id) = ([[f64::NEG_INFINITY; SIDE]; SIDE], [[CLOSED; SIDE]; SIDE]);
-        Self { high, id, slack: 0.0, stale: 0, tally: Tally::default() }
+        Self { high, id, slack: 0.0, stale: 0, open: 0, tally: Tally::default() }
     }
 }
 
@@ -248,12 +250,13 @@ impl<const SIDE: usize> Tile<SIDE> {
         self.widen(high - low + high.abs() * (8.0 * f64::EPSILON));
         self.high[row][column] = high;
         self.id[row][column] = index;
-        self.touch(column, row);
+        self.stale |= Self::block(column, row);
     }
 
+    /// The bit of a pixel's block in [`Tile::stale`].
     #[inline(always)]
-    fn touch(&mut self, column: usize, row: usize) {
-        self.stale |= 1 << (row / BLOCK * Self::BLOCKS + column / BLOCK);
+    fn block(column: usize, row: usize) -> u64 {
+        1 << (row / BLOCK * Self::BLOCKS + column / BLOCK)
     }
 
     /// Before spheres are drawn: for all whose bounds are those of the screen.
@@ -351,16 +354,18 @@ impl<const SIDE: usize> Tile<SIDE> {
             self.widen(2.0 * test.known);
         }
         test.allow(self.slack);
-        // A holder that turned out to be the same sphere.
-        let mut twin: Option<i32> = None;
+        // What is to be decided is noted, and decided at the end: a call would cost the loop its registers. Noted in memory: where a variable
+        // changes on some paths only, the compiler makes two loops of the one.
         // Apart from what is passed on, so that it can stay in registers.
         let s = *sphere;
+        let vectors = left / LANES..(right / LANES + 1).min(SIDE / LANES);
+        let columns = &place.columns.as_chunks::<LANES>().0[vectors.clone()];
         for row in down {
             let [before, after] = test.lines::<PERSPECTIVE>(&s, place.rows[row]);
-            for vector in left / LANES..(right / LANES + 1).min(SIDE / LANES) {
-                let first = vector * LANES;
-                let sx = L::load(&place.columns[first..]);
-                let high = L::load(&self.high[row][first..]);
+            let highs = &mut self.high[row].as_chunks_mut::<LANES>().0[vectors.clone()];
+            let ids = &mut self.id[row].as_chunks_mut::<LANES>().0[vectors.clone()];
+            for (k, ((sx, of_high), of_id)) in columns.iter().zip(highs).zip(ids).enumerate() {
+                let (sx, high) = (L::load(sx), L::load(of_high));
                 let (q, b) = before.meet::<L, PERSPECTIVE>(sx);
                 let above = b.sub(high);
                 let (lose, square) = test.loses(q, above);
@@ -371,21 +376,22 @@ impl<const SIDE: usize> Tile<SIDE> {
                 let (win, _) = test.wins(q, above, root);
                 if if M::BOUNDS { win | lose != u8::MAX } else { win == 0 } {
                     if M::BOUNDS {
-                        twin = self.decide::<PERSPECTIVE, M>(place, index, sphere, [first, row], twin);
-                        test.allow(self.slack);
+                        self.open |= 1 << row;
                     }
                     continue;
                 }
                 let depth = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
-                L::select(win, depth, high).store(&mut self.high[row][first..]);
-                L::mark(win, index, &mut self.id[row][first..]);
-                self.touch(first, row);
+                L::select(win, depth, high).store(of_high);
+                L::mark(win, index, of_id);
+                self.stale |= Self::block((vectors.start + k) * LANES, row);
             }
+        }
+        if self.open != 0 {
+            self.decide::<PERSPECTIVE, M>(place, index, sphere, vectors);
         }
     }
 
-    /// A sphere at eight pixels at some of which it neither wins nor loses for certain: there it is decided. Takes and answers with a
-    /// holder that turned out to be the same sphere.
+    /// A sphere at vectors of some rows, in each of which it neither wins nor loses for certain at some pixel: there it is decided.
     ///
     /// What was found of them is found once more: that costs little where it is needed seldom, and leaves the loop alone.
     #[cold]
@@ -395,10 +401,10 @@ impl<const SIDE: usize> Tile<SIDE> {
         place: &Place<'_, SIDE>,
         index: i32,
         sphere: &Projected,
-        at: [usize; 2],
-        twin: Option<i32>,
-    ) -> Option<i32> {
-        simd::dispatch(Decide::<SIDE, PERSPECTIVE, M> { tile: self, place, index, sphere, at, twin, mode: PhantomData })
+        vectors: Range<usize>,
+    ) {
+        let (rows, mode) = (std::mem::take(&mut self.open), PhantomData);
+        simd::dispatch(Decide::<SIDE, PERSPECTIVE, M> { tile: self, place, index, sphere, vectors, rows, mode });
     }
 
     /// A sphere that a plane may cut: either root, pixel by pixel.
@@ -438,7 +444,7 @@ impl<const SIDE: usize> Tile<SIDE> {
         self.widen(high - least);
         if most < high {
             self.high[row][column] = most;
-            self.touch(column, row);
+            self.stale |= Self::block(column, row);
         }
     }
 
@@ -510,25 +516,41 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
     }
 }
 
-/// Eight pixels from some column and row on, and a sphere about which something is to be decided there.
+/// A sphere, and vectors of some rows of a tile, in each of which something is to be decided about it.
 struct Decide<'a, const SIDE: usize, const PERSPECTIVE: bool, M> {
     tile: &'a mut Tile<SIDE>,
     place: &'a Place<'a, SIDE>,
     index: i32,
     sphere: &'a Projected,
-    at: [usize; 2],
-    twin: Option<i32>,
+    vectors: Range<usize>,
+    rows: u64,
     mode: PhantomData<M>,
 }
 
 impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work for Decide<'_, SIDE, PERSPECTIVE, M> {
-    type Output = Option<i32>;
+    type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Option<i32> {
-        let Self { tile, place, index, sphere, at: [first, row], mut twin, .. } = self;
-        let margins = Margins::new::<PERSPECTIVE>(sphere, place.projector.screen);
-        let mut test = Test::<L>::new(&margins, false);
+    fn run<L: Lanes>(mut self) {
+        let margins = Margins::new::<PERSPECTIVE>(self.sphere, self.place.projector.screen);
+        // A holder that turned out to be the same sphere.
+        let mut twin = None;
+        while self.rows != 0 {
+            let row = self.rows.trailing_zeros() as usize;
+            self.rows &= self.rows - 1;
+            for vector in self.vectors.clone() {
+                twin = self.eight::<L>(&margins, [vector * LANES, row], twin);
+            }
+        }
+    }
+}
+
+impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSPECTIVE, M> {
+    /// Eight pixels from some column and row on. Takes and answers with a holder that turned out to be the same sphere.
+    #[inline(always)]
+    fn eight<L: Lanes>(&mut self, margins: &Margins, [first, row]: [usize; 2], mut twin: Option<i32>) -> Option<i32> {
+        let Self { ref mut tile, place, index, sphere, .. } = *self;
+        let mut test = Test::<L>::new(margins, false);
         test.allow(tile.slack);
         let [before, after] = test.lines::<PERSPECTIVE>(sphere, place.rows[row]);
         let (sx, high) = (L::load(&place.columns[first..]), L::load(&tile.high[row][first..]));
@@ -541,9 +563,10 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work for Decide<
         if win != 0 {
             L::select(win, most, high).store(&mut tile.high[row][first..]);
             L::mark(win, index, &mut tile.id[row][first..]);
-            tile.touch(first, row);
+            tile.stale |= Tile::<SIDE>::block(first, row);
         }
-        let mut open = !(win | lose);
+        // Where the sphere has won before, nothing is to be decided.
+        let mut open = !(win | lose | L::same(index, &tile.id[row][first..]));
         let mut bounds = None;
         while open != 0 {
             if let Some(twin) = twin {
