@@ -12,7 +12,7 @@ fn finish(tile: Tile, place: u32, found: State) {
         state.rest = min(min(old.rest, found.rest), select(found.low, old.low, better));
     }
     if (tile.slot & LAST) != 0u {
-        ids[at] = answer(state);
+        ids[at / 4u][at % 4u] = answer(state);
     } else {
         states[at] = state;
     }

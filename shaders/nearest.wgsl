@@ -4,8 +4,10 @@
 // Depths are compared as the bits of non-negative floats, whose order is that of unsigned integers: software devices take several
 // instructions for a minimum of floats, for the sake of NaN, and one for integers.
 
-// The key behind every depth.
-const MISS = 0xffffffffu;
+// Keys of what is missed have this bit, and so lie behind every depth.
+const MISS = 0x80000000u;
+// The key of nothing seen, NEVER: behind every depth, and before what is missed.
+const NOTHING = 0x7b4097ceu;
 // Added to the entry of a best whose hit is not safe: the host must look at the pixel again.
 const AGAIN = 0x80000000u;
 
@@ -16,7 +18,7 @@ struct Nearest {
 }
 
 fn nothing() -> Nearest {
-    return Nearest(vec4<u32>(MISS), vec4<u32>(MISS), vec4<u32>(0u));
+    return Nearest(vec4<u32>(NOTHING), vec4<u32>(MISS), bitcast<vec4<u32>>(vec4<i32>(NONE)));
 }
 
 // The key of a lower bound. What may lie before 0 gets 0, and nothing is settled against that: every upper bound is at least 0.
@@ -25,14 +27,14 @@ fn key(depth: vec4<f32>) -> vec4<u32> {
 }
 
 fn depth_of(key: u32) -> f32 {
-    return select(bitcast<f32>(key), NEVER, key == MISS);
+    return select(bitcast<f32>(key), NEVER, key >= MISS);
 }
 
 fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> Nearest {
     let c = chord(item, pixels);
     let low = lower(range, item, c);
     let least = min(old.low, low);
-    let named = vec4<u32>(entry) | unsafe_bit(range, item, c);
+    let named = vec4<u32>(entry) | doubt_bit(range, item, c);
     // Where both are equal the two contest the pixel, and it does not matter which is named.
     let better = least == low;
     return Nearest(
@@ -42,10 +44,10 @@ fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> 
     );
 }
 
-// The greatest depth of a column's bests.
+// The greatest depth of a column's bests; NEVER where nothing is seen.
 fn deepest(top: Nearest, bottom: Nearest) -> f32 {
     let low = max(top.low, bottom.low);
-    return depth_of(max(max(low.x, low.y), max(low.z, low.w)));
+    return bitcast<f32>(max(max(low.x, low.y), max(low.z, low.w)));
 }
 
 // What begins beyond `front` was not looked at.

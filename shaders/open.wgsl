@@ -10,7 +10,7 @@ fn range_of(at: u32) -> Range {
 
 // The key of a lower bound of the hit's depth; MISS for a certain miss, which the sign of the square tells.
 fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
-    return key(c.depth - c.half) | bitcast<vec4<u32>>(bitcast<vec4<i32>>(c.square) >> vec4<u32>(31u));
+    return key(c.near) | (bitcast<vec4<u32>>(c.square) & vec4<u32>(MISS));
 }
 
 // 0 where the hit is certain, and its depth at most the lower bound + 2.02 `width`, else AGAIN. The slack counts twice, once for each end.

@@ -12,11 +12,16 @@
 // reach = R^2 + E:   reach - d2 <= 0 is a certain miss (for d* <= R the first bound holds for any delta);
 // and q* lies in [square - 2 E, square] when R >= 32 delta, since then d* <= 1.2 R.
 
+// What is the same for all spheres of a tile: asked for once, as a software device would do so again for each.
 struct Eye {
     x: Split,
     y: Split,
     z: Split,
     offset: vec3<i32>,
+    // As in Frame.
+    scale: f32,
+    delta: f32,
+    delta_depth: f32,
 }
 
 struct Item {
@@ -25,7 +30,7 @@ struct Item {
     // slack of the depth (below), bound E of q, or NEVER where no hit is certain
     bounds: vec2<f32>,
     // Above this square, at least 2.2 E, a hit is certain. Then root - sqrt(q*) <= 2 E / (root + sqrt(root^2 - 2 E)) <= 1.54 E / root, and its
-    // depth is good to 2.02 `width`.
+    // depth is good to 2.02 `width`, which is at least slack + 0.77 E / root of this: of both its terms the lesser.
     safe: f32,
     // Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
     width: f32,
@@ -39,16 +44,18 @@ struct Pixels {
     y: vec4<f32>,
 }
 
-// The ray in the sphere. Not more than `square` is q, `root` its square root, `half` the half chord as depth, about `depth`.
+// The ray in the sphere. Not more than `square` is q, `root` its square root, `half` the half chord as depth, about `depth`; it begins at `near`.
 struct Chord {
     square: vec4<f32>,
     root: vec4<f32>,
     half: vec4<f32>,
     depth: vec4<f32>,
+    near: vec4<f32>,
 }
 
 fn eye_of(tile: Tile, at: u32) -> Eye {
-    return Eye(split(frame.right), split(frame.up), split(frame.forward), vec3<i32>(tile.x, tile.y, tile.z));
+    let offset = vec3<i32>(tile.x, tile.y, tile.z);
+    return Eye(split(frame.right), split(frame.up), split(frame.forward), offset, frame.scale, frame.delta, frame.delta_depth);
 }
 
 fn pixels_of(eye: Eye, column: u32, rows: vec4<f32>) -> Pixels {
@@ -62,20 +69,21 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let x = f32(rotate(eye.x, center) + eye.offset.x);
     let y = f32(rotate(eye.y, center) + eye.offset.y);
     let z = f32(rotate(eye.z, center) + eye.offset.z);
-    let radius = bitcast<f32>(record.w) * frame.scale;
-    if radius > GREATEST_RADIUS {
-        return Item(vec4<f32>(0.0, 0.0, -1e30, 1e30), vec2<f32>(1e30, NEVER), NEVER, 0.0, -1e30);
-    }
-    let slack = SURE * (frame.delta_depth + U * (6.0 * abs(z) + 8.0 * radius));
-    let error = SURE * (radius * (4.1 * frame.delta + 33.0 * U * radius) + 5.1 * frame.delta * frame.delta);
-    let certain = radius >= 32.0 * frame.delta;
-    let safe = max(radius * radius / (REACH * REACH), 2.2 * error);
+    let any_radius = bitcast<f32>(record.w) * eye.scale;
+    let huge = any_radius > GREATEST_RADIUS;
+    let radius = select(any_radius, 0.0, huge);
+    let slack = SURE * (eye.delta_depth + U * (6.0 * abs(z) + 8.0 * radius));
+    let part = SURE * (4.1 * eye.delta + 33.0 * U * radius);
+    let error = radius * part + SURE * 5.1 * eye.delta * eye.delta;
+    let certain = (radius >= 32.0 * eye.delta) & !huge;
+    let safe = greater(radius * radius / (REACH * REACH), 2.2 * error);
+    let width = slack + lesser(0.84 * REACH * part, 0.54 * sqrt(error));
     return Item(
-        vec4<f32>(x, y, z - slack, radius * radius + error),
-        vec2<f32>(slack, select(NEVER, error, certain)),
+        vec4<f32>(x, y, select(z - slack, -1e30, huge), select(radius * radius + error, 1e30, huge)),
+        vec2<f32>(select(slack, 1e30, huge), select(NEVER, error, certain)),
         select(NEVER, safe, certain),
-        select(0.0, slack + 0.8 * error / sqrt(max(safe, 1.0)), certain),
-        z - slack - radius,
+        select(0.0, width, certain),
+        select(z - slack - radius, -1e30, huge),
     );
 }
 
@@ -84,7 +92,8 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
     let dy = pixels.y - item.shape.y;
     let square = (item.shape.w - dx * dx) - dy * dy;
     let root = sqrt(bitcast<vec4<f32>>(max(bitcast<vec4<i32>>(square), vec4<i32>(0))));
-    return Chord(square, root, root, vec4<f32>(item.shape.z));
+    let z = vec4<f32>(item.shape.z);
+    return Chord(square, root, root, z, z - root);
 }
 
 // An item that no ray hits.

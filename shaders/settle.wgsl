@@ -5,5 +5,5 @@ fn settle(tile: Tile, column: u32, row: u32, low_key: u32, rest_key: u32, named:
     let none = low >= NEVER;
     let id = select(i32(named & ~AGAIN), NONE, none);
     let high = select(low + 2.02 * width, NEVER, named >= AGAIN || none);
-    finish(tile, row * 8u + column, State(id, low, high, depth_of(rest_key)));
+    finish(tile, column * 8u + row, State(id, low, high, depth_of(rest_key)));
 }

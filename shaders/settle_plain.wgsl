@@ -1,7 +1,7 @@
-// From the running answer to the result of each of eight pixels, with the filter off: no bounds are asked for.
+// From the running answer to the result of each of eight pixels, with the filter off, where several passes share a tile.
 
 fn settle(tile: Tile, column: u32, row: u32, low: u32, entry: u32) {
-    finish(tile, row * 8u + column, State(select(i32(entry & ~AGAIN), NONE, low == MISS), depth_of(low), depth_of(low), NEVER));
+    finish(tile, column * 8u + row, State(bitcast<i32>(entry), bitcast<f32>(low), bitcast<f32>(low), NEVER));
 }
 
 fn settle_column(tile: Tile, column: u32, top: Nearest, bottom: Nearest, width: f32) {

@@ -33,7 +33,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 item = beyond(item);
             }
             front = max(front, item.front);
-            width = max(width, item.width);
+            width = greater(width, item.width);
             top = visit(top, range, item, entry, high);
             bottom = visit(bottom, range, item, entry, deep);
             i += 1u;

@@ -15,12 +15,12 @@ fn tile_at(at: u32, lane: u32) -> Tile {
     );
 }
 
+// The greatest of all lanes; 0 if all are less.
 fn greatest(x: f32) -> f32 {
-    let a = max(subgroupBroadcast(x, 0u), subgroupBroadcast(x, 1u));
-    let b = max(subgroupBroadcast(x, 2u), subgroupBroadcast(x, 3u));
-    let c = max(subgroupBroadcast(x, 4u), subgroupBroadcast(x, 5u));
-    let d = max(subgroupBroadcast(x, 6u), subgroupBroadcast(x, 7u));
-    return max(max(a, b), max(c, d));
+    let a = greater(x, 0.0);
+    let b = greater(a, subgroupShuffleXor(a, 4u));
+    let c = greater(b, subgroupShuffleXor(b, 2u));
+    return greater(c, subgroupShuffleXor(c, 1u));
 }
 
 @compute @workgroup_size(64)
@@ -35,6 +35,8 @@ fn main(
     }
     let tile = tile_at(at, lane);
     let eye = eye_of(tile, at);
+    let first = frame.first;
+    let disorder = frame.disorder;
     let range = range_of(at);
     let high = pixels_of(eye, lane, vec4<f32>(0.0, 1.0, 2.0, 3.0));
     let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
@@ -48,7 +50,7 @@ fn main(
     loop {
         // Past the end the last entry is seen again, out of reach.
         let own = entries[tile.start + min(i + lane, max(tile.count, 1u) - 1u)];
-        var item = prepare(eye, records[own - frame.first]);
+        var item = prepare(eye, records[own - first]);
         if i + lane >= tile.count {
             item = beyond(item);
         }
@@ -85,9 +87,9 @@ fn main(
         top = visit(top, range, item7, entry7, high);
         bottom = visit(bottom, range, item7, entry7, deep);
         // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
-        let front = greatest(item.front) - frame.disorder;
-        width = max(width, greatest(item.width));
-        if front > greatest(deepest(top, bottom)) + 2.02 * width {
+        let front = greatest(item.front) - disorder;
+        width = greater(width, item.width);
+        if front > greatest(deepest(top, bottom) + 2.02 * width) {
             top = cut_off(top, front);
             bottom = cut_off(bottom, front);
             break;
@@ -97,5 +99,5 @@ fn main(
             break;
         }
     }
-    settle_column(tile, lane, top, bottom, width);
+    settle_column(tile, lane, top, bottom, greatest(width));
 }

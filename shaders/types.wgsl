@@ -82,12 +82,22 @@ const SLOT = 0x3fffffffu;
 const NEVER = 1e36;
 // Nothing seen, in `ids`.
 const NONE = -1;
-// The host must decide, in `ids`.
+// The host must decide, in `ids`; as at all that is less.
 const UNDECIDED = -2;
 // Hits so near to the silhouette that half the chord is below the radius over this are left to the host.
 const REACH = 128.0;
 // Spheres above this radius (in steps) would overflow squares: every pixel of their tiles is left to the host.
 const GREATEST_RADIUS = 0x1p40;
+
+// The greater and the lesser of two numbers that are not negative: as bits, as software devices take several instructions for floats, for the
+// sake of NaN, and one for integers.
+fn greater(a: f32, b: f32) -> f32 {
+    return bitcast<f32>(max(bitcast<i32>(a), bitcast<i32>(b)));
+}
+
+fn lesser(a: f32, b: f32) -> f32 {
+    return bitcast<f32>(min(bitcast<i32>(a), bitcast<i32>(b)));
+}
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 // Centre in fixed point (x, y, z), bits of the radius in fixed-point units as f32.
@@ -95,5 +105,5 @@ const GREATEST_RADIUS = 0x1p40;
 // Places of spheres among all; `frame.first` is that of record 0.
 @group(0) @binding(2) var<storage, read> entries: array<u32>;
 // Binding 3, the tiles, is in tiles_*.wgsl.
-// 64 per slot, row by row.
-@group(0) @binding(4) var<storage, read_write> ids: array<i32>;
+// 64 per slot, column by column: software devices store four at little more than the price of one.
+@group(0) @binding(4) var<storage, read_write> ids: array<vec4<i32>>;

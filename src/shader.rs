@@ -103,7 +103,9 @@ impl Source {
         let mut validator =
             naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::SUBGROUP);
         validator.subgroup_stages(naga::valid::ShaderStages::COMPUTE);
-        validator.subgroup_operations(naga::valid::SubgroupOperationSet::BALLOT);
+        validator.subgroup_operations(
+            naga::valid::SubgroupOperationSet::BALLOT | naga::valid::SubgroupOperationSet::SHUFFLE,
+        );
         let info = validator.validate(&module).map_err(|error| {
             let location = error.location(&self.text);
             at(location, format!("{:?}", error.into_inner()))
@@ -148,17 +150,16 @@ impl Variant {
         parts.push(if self.clipped { part!("clipped.wgsl") } else { part!("open.wgsl") });
         parts.push(part!("nearest.wgsl"));
         match (self.certain, self.merged) {
-            (true, false) => parts.extend([part!("settle_once.wgsl"), part!("settle_column.wgsl")]),
+            (true, false) => parts.push(part!("settle_once.wgsl")),
+            (false, false) => parts.push(part!("settle_once_plain.wgsl")),
             (true, true) => parts.extend([
                 part!("answer.wgsl"),
                 part!("finish_merge.wgsl"),
                 part!("settle.wgsl"),
                 part!("settle_column.wgsl"),
             ]),
-            (false, merged) => {
-                parts.push(part!("answer_plain.wgsl"));
-                parts.push(if merged { part!("finish_merge.wgsl") } else { part!("finish_once.wgsl") });
-                parts.push(part!("settle_plain.wgsl"));
+            (false, true) => {
+                parts.extend([part!("answer_plain.wgsl"), part!("finish_merge.wgsl"), part!("settle_plain.wgsl")]);
             }
         }
         match self.lanes {

@@ -104,8 +104,12 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
         }
         for (segment, tile) in segments.iter().zip(tiles) {
             if tile.slot & LAST != 0 {
-                let at = (tile.slot & !(FRESH | LAST)) as usize * TILE_PIXELS;
-                let pixels: Vec<i32> = machine.read(4)[at..at + TILE_PIXELS].iter().map(|v| v.int()).collect();
+                // Four in each.
+                let at = (tile.slot & !(FRESH | LAST)) as usize * TILE_PIXELS / 4;
+                let found = &machine.read(4)[at..at + TILE_PIXELS / 4];
+                // What is less means the same.
+                let pixels: Vec<i32> =
+                    found.iter().flat_map(|v| [0, 1, 2, 3].map(|k| v.int(k).max(UNDECIDED))).collect();
                 fill(&mut ids, region, band.columns, segment.tile, &pixels);
             }
         }
@@ -139,12 +143,12 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     Some(ids)
 }
 
-/// The pixels of a tile into their places.
+/// The pixels of a tile, column by column, into their places.
 fn fill(ids: &mut [i32], region: Region, columns: u32, tile: u32, pixels: &[i32]) {
     let (x, y) = (tile % columns * TILE, tile / columns * TILE);
     for row in 0..TILE.min(region.height - y) {
         for column in 0..TILE.min(region.width - x) {
-            ids[((y + row) * region.width + x + column) as usize] = pixels[(row * TILE + column) as usize];
+            ids[((y + row) * region.width + x + column) as usize] = pixels[(column * TILE + row) as usize];
         }
     }
 }
@@ -331,7 +335,7 @@ impl<'a> Probe<'a> {
         let chord = machine.call("chord", vec![item.clone(), pixels]);
         let key = machine.call("lower", vec![range.clone(), item.clone(), chord.clone()]).uint(0);
         let again = machine.call("unsafe_bit", vec![range, item.clone(), chord.clone()]).uint(0);
-        let low = (key != u32::MAX).then(|| f64::from(f32::from_bits(key)));
+        let low = (key <= i32::MAX as u32).then(|| f64::from(f32::from_bits(key)));
         let sample = 2 * left as i32 + TILE as i32 - self.stage.view.image.width as i32;
         let pitch = self.stage.view.pitch_x;
         let middle = Bounded::ratio(sample.into(), pitch.length, 2.0 * f64::from(pitch.divisor));
@@ -438,7 +442,7 @@ fn square(probe: &Probe, found: &Found, e: &Exact) -> [Option<f64>; 2] {
     }
     let r = e.r.value() / probe.step;
     let reach = match probe.stage.perspective {
-        true => number(probe, &found.item, "Item", "size", 1),
+        true => e.a.value() * (number(probe, &found.item, "Item", "reach", 0) - r * r),
         false => number(probe, &found.item, "Item", "shape", 3) - r * r,
     };
     // A hit: square = q + reach + error must be above 0.

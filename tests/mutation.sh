@@ -181,25 +181,25 @@ more 'f64 of the host, bound / 8' $f 'let error = power(-53) * ulps' 'let error 
 
 for rays in orthographic perspective; do
     f=shaders/$rays.wgsl
-    more "GPU, $rays: E / 8" $f 'let error = SURE *' 'let error = 0.125 * SURE *' '' --test adversary squares
+    more "GPU, $rays: E / 8" $f 'let part = SURE *' 'let part = 0.125 * SURE *' '' --test adversary squares
     more "GPU, $rays: slack / 8" $f 'let slack = SURE *' 'let slack = 0.125 * SURE *' '' --test adversary depths
-    more "GPU, $rays: width / 8" $f 'slack + 0.8 * error / sqrt(max(safe, 1.0))' '0.125 * (slack + 0.8 * error / sqrt(max(safe, 1.0)))' '' --test adversary depths
-    more "GPU, $rays: spheres begin at the middle" $f 'z - slack - radius,' 'z,' '' --test adversary depths
+    more "GPU, $rays: width / 8" $f 'let width = slack + lesser(' 'let width = 0.125 * slack + 0.125 * lesser(' '' --test adversary depths
+    more "GPU, $rays: spheres begin at the middle" $f 'select(z - slack - radius,' 'select(z,' '' --test adversary depths
     more "GPU, $rays: all hits certain" $f 'let certain = radius >= 32.0' 'let certain = radius >= 0.0 * 32.0' '' --test adversary squares
 done
 f=shaders/orthographic.wgsl
-fault 'GPU, orthographic: E without the place' $f 'radius * (4.1 * frame.delta + 33.0 * U * radius)' 'radius * (33.0 * U * radius)' '' --test adversary squares
-more 'GPU, orthographic: E without roundings' $f 'radius * (4.1 * frame.delta + 33.0 * U * radius)' 'radius * (4.1 * frame.delta)' '' --test adversary squares
-more 'GPU, orthographic: E without the place squared' $f '+ 5.1 * frame.delta * frame.delta' '' '' --test adversary squares
+fault 'GPU, orthographic: E without the place' $f '(4.1 * eye.delta + 33.0 * U * radius)' '(33.0 * U * radius)' '' --test adversary squares
+more 'GPU, orthographic: E without roundings' $f '(4.1 * eye.delta + 33.0 * U * radius)' '(4.1 * eye.delta)' '' --test adversary squares
+more 'GPU, orthographic: E without the place squared' $f '+ SURE * 5.1 * eye.delta * eye.delta' '' '' --test adversary squares
 f=shaders/perspective.wgsl
-more 'GPU, perspective: E without the place' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (65.0 * U * k * radius)' '' --test adversary squares
-more 'GPU, perspective: E without roundings' $f 'radius * (3.7 * delta + 65.0 * U * k * radius)' 'radius * (3.7 * delta)' '' --test adversary squares
-more 'GPU, perspective: E without the place squared' $f '+ 4.4 * delta * delta' '' '' --test adversary squares
+more 'GPU, perspective: E without the place' $f '(3.7 * delta + 63.0 * U * radius)' '(63.0 * U * radius)' '' --test adversary squares
+more 'GPU, perspective: E without roundings' $f '(3.7 * delta + 63.0 * U * radius)' '(3.7 * delta)' '' --test adversary squares
+more 'GPU, perspective: E without the place squared' $f '+ SURE * 4.4 * k * k * delta * delta' '' '' --test adversary squares
 more 'GPU, short lists: the first entry alone' shaders/tiles_few_subgroup8.wgsl 'if lane % 2u >= tile.count {' 'if lane % 2u >= 1u {' '' --test exactness gpu_skipping::every_pixel
 more 'GPU, short lists: lists of three' src/plan.rs 'count <= limits.few' 'count <= limits.few + u32::from(limits.few > 0)' '' --test exactness gpu_skipping::every_pixel
-more 'GPU, half widths of tiles: the last item alone' shaders/tiles_portable.wgsl 'width = max(width, item.width);' 'width = item.width * 0.001;' '' --test adversary settled
-more 'GPU: the best is always right' shaders/settle_once.wgsl '(rest > high) &' '(rest > 0u) &' '' --test adversary settled
-more 'GPU: unsafe bests are kept' shaders/settle_once.wgsl '(named < AGAIN)' '(named < MISS)' '' --test adversary settled
+more 'GPU, half widths of tiles: the last item alone' shaders/tiles_portable.wgsl 'width = greater(width, item.width);' 'width = item.width * 0.001;' '' --test adversary settled
+more 'GPU: the best is always right' shaders/settle_once.wgsl 'found.rest > high' 'found.rest > vec4<u32>(0u)' '' --test adversary settled
+more 'GPU: unsafe bests are kept' shaders/certain.wgsl 'return unsafe_bit(range, item, c);' 'return vec4<u32>(0u);' '' --test adversary settled
 more 'GPU: the best of several passes is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled
 more 'GPU: unsafe bests of several passes are kept' shaders/settle.wgsl 'named >= AGAIN || none' 'none' '' --test adversary settled
 more 'GPU: the best of two passes is the farther' shaders/finish_merge.wgsl 'found.high < old.high ||' 'found.high > old.high ||' '' --test adversary settled

@@ -80,6 +80,7 @@ fn shared_constants_are_those_of_rust() {
         format!("const FRESH = {:#x}u;", plan::FRESH),
         format!("const LAST = {:#x}u;", plan::LAST),
         format!("const NEVER = {:e};", plan::NEVER),
+        format!("const NOTHING = {:#x}u;", plan::NEVER.to_bits()),
         format!("const NONE = {};", plan::NONE),
         format!("const UNDECIDED = {};", plan::UNDECIDED),
     ] {

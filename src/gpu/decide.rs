@@ -5,11 +5,14 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::lists::{Spheres, Wave};
+use super::{
+    execute::Pixels,
+    lists::{Spheres, Wave},
+};
 use crate::{
     camera::Region,
     exact::decide::{Ball, Tally},
-    plan::{NONE, TILE, UNDECIDED},
+    plan::{NONE, TILE},
     project::{Projected, Projector},
     simd::{LANES, Lanes},
     tile::{self, Exact, Place, Tile},
@@ -37,14 +40,14 @@ pub struct Among<'a> {
 
 /// Decides all that is left over in some tiles of a region, given in ascending order and `columns` to a row, when the lists are whole. Where no
 /// sphere of a tile's list is met, `backgrounds` is seen.
-pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
+pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
     let region = among.projector.region;
-    let row_of_tiles = |(tiles, ids): (&[u32], &mut [i32])| {
+    let row_of_tiles = |(tiles, heads, ids): (&[(u32, Pixels)], &[Head], &mut [i32])| {
         let mut tally = Tally::default();
         let mut open = Open::default();
-        for &tile in tiles {
-            open.find(tile, columns, region, ids);
-            tally += open.look(among);
+        for (&(tile, pixels), head) in tiles.iter().zip(heads) {
+            open.begin(tile, columns, pixels);
+            tally += open.look(among, Some(head));
             open.write(region, backgrounds[tile as usize], ids);
         }
         tally
@@ -53,16 +56,19 @@ pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, backgrounds: &[i32]
         a += b;
         a
     };
+    let heads = Head::of_tiles(among, tiles);
     let mut rows = Vec::new();
-    let mut rest = ids;
+    let (mut rest, mut heads) = (ids, &heads[..]);
     let mut first = 0;
-    for tiles in tiles.chunk_by(|a, b| a / columns == b / columns) {
-        let row = tiles[0] / columns;
+    for tiles in tiles.chunk_by(|a, b| a.0 / columns == b.0 / columns) {
+        let row = tiles[0].0 / columns;
         let below = rest.split_off_mut(..(row - first) as usize * SIDE * region.width as usize);
         debug_assert!(below.is_some());
         let height = SIDE.min((region.height - row * TILE) as usize);
         if let Some(ids) = rest.split_off_mut(..height * region.width as usize) {
-            rows.push((tiles, ids));
+            let of_row;
+            (of_row, heads) = heads.split_at(tiles.len());
+            rows.push((tiles, of_row, ids));
         }
         first = row + 1;
     }
@@ -73,19 +79,40 @@ pub fn decide(among: Among<'_>, tiles: &[u32], columns: u32, backgrounds: &[i32]
     }
 }
 
+/// What lies at the first places of a tile's list.
+struct Head {
+    balls: [Ball; LANES],
+    indices: [u32; LANES],
+}
+
+impl Head {
+    /// Fetched for all tiles first: what is not in the cache is then waited for at once, and not tile by tile.
+    fn of_tiles(Among { spheres, wave, .. }: Among<'_>, tiles: &[(u32, Pixels)]) -> Vec<Self> {
+        let places = |&(tile, _): &(u32, Pixels)| {
+            let list = wave.tile(tile as usize);
+            // Beyond the list's end anything will do.
+            std::array::from_fn::<u32, LANES, _>(|k| list.get(k).copied().unwrap_or(0))
+        };
+        let places: Vec<_> = tiles.iter().map(places).collect();
+        let head = |places: &[u32; LANES]| Self {
+            balls: places.map(|place| spheres.ball(place)),
+            indices: places.map(|place| spheres.index(place)),
+        };
+        places.iter().map(head).collect()
+    }
+}
+
 /// The pixels to decide when lists come in waves.
 pub struct Undecided {
     tiles: Vec<Open>,
 }
 
 impl Undecided {
-    /// Gathers them from some tiles of a region whose tiles come `columns` to a row.
-    pub fn find(tiles: &[u32], ids: &[i32], region: Region, columns: u32) -> Self {
-        let row = region.width as usize * SIDE;
-        let open = |&tile: &u32| {
-            let first = (tile / columns) as usize * row;
+    /// Those of some tiles of a region whose tiles come `columns` to a row.
+    pub fn new(tiles: &[(u32, Pixels)], columns: u32) -> Self {
+        let open = |&(tile, pixels): &(u32, Pixels)| {
             let mut open = Open::default();
-            open.find(tile, columns, region, &ids[first..ids.len().min(first + row)]);
+            open.begin(tile, columns, pixels);
             open
         };
         Self { tiles: tiles.par_iter().map(open).collect() }
@@ -100,7 +127,7 @@ impl Undecided {
 
     /// Looks at the spheres of a wave.
     pub fn look(&mut self, among: Among<'_>) -> Tally {
-        self.tiles.par_iter_mut().map(|open| open.look(among)).reduce(Tally::default, |mut a, b| {
+        self.tiles.par_iter_mut().map(|open| open.look(among, None)).reduce(Tally::default, |mut a, b| {
             a += b;
             a
         })
@@ -136,19 +163,18 @@ impl Default for Open {
 }
 
 impl Open {
-    /// Starts with a tile; `ids` are of its row of tiles.
-    fn find(&mut self, tile: u32, columns: u32, region: Region, ids: &[i32]) {
+    /// Starts with some pixels of a tile.
+    fn begin(&mut self, tile: u32, columns: u32, mut pixels: Pixels) {
         (self.tile, self.corner) = (tile, [tile % columns * TILE, tile / columns * TILE]);
         (self.window, self.farthest) = ([0; 2], f64::INFINITY);
         self.state.clear(0, 0);
-        for (row, ids) in ids.chunks(region.width as usize).enumerate() {
-            for (column, &id) in ids[self.corner[0] as usize..].iter().take(SIDE).enumerate() {
-                if id == UNDECIDED {
-                    self.window[0] |= 1 << column;
-                    self.window[1] |= 1 << row;
-                    self.state.open(column, row);
-                }
-            }
+        while pixels != 0 {
+            let at = pixels.trailing_zeros() as usize;
+            let (column, row) = (at / SIDE, at % SIDE);
+            pixels &= pixels - 1;
+            self.window[0] |= 1 << column;
+            self.window[1] |= 1 << row;
+            self.state.open(column, row);
         }
     }
 
@@ -163,9 +189,9 @@ impl Open {
         }
     }
 
-    /// Looks at the tile's list in a wave.
-    fn look(&mut self, among: Among<'_>) -> Tally {
-        tile::dispatch(among.projector.projection, Paint { among, open: self });
+    /// Looks at the tile's list in a wave, whose head may be known.
+    fn look(&mut self, among: Among<'_>, head: Option<&Head>) -> Tally {
+        tile::dispatch(among.projector.projection, Paint { among, head, open: self });
         self.state.take_tally()
     }
 }
@@ -191,6 +217,7 @@ fn window([first, last]: [f64; 2], from: f64) -> u8 {
 
 struct Paint<'a> {
     among: Among<'a>,
+    head: Option<&'a Head>,
     open: &'a mut Open,
 }
 
@@ -212,9 +239,11 @@ impl tile::Work for Paint<'_> {
         let mut depths = [f64::INFINITY; SEEN];
         let mut seen = [(u32::MAX, zero); SEEN];
         let mut count = 0;
-        for places in wave.tile(tile as usize).chunks(LANES) {
-            for (k, &place) in places.iter().enumerate() {
-                batch.ball[k] = spheres.ball(place);
+        for (turn, places) in wave.tile(tile as usize).chunks(LANES).enumerate() {
+            let head = self.head.filter(|_| turn == 0);
+            match head {
+                Some(head) => batch.ball = head.balls,
+                None => places.iter().zip(&mut batch.ball).for_each(|(&place, ball)| *ball = spheres.ball(place)),
             }
             for k in 0..LANES {
                 let s = projector.project(batch.ball[k].center, batch.ball[k].radius);
@@ -235,7 +264,8 @@ impl tile::Work for Paint<'_> {
                 if rows_seen == 0 || window(across, x as f64) & open_columns == 0 {
                     continue;
                 }
-                let (index, ball, z) = (spheres.index(at), batch.ball[k], L::splat(sphere.z));
+                let index = head.map_or_else(|| spheres.index(at), |head| head.indices[k]);
+                let (ball, z) = (batch.ball[k], L::splat(sphere.z));
                 let mut again = false;
                 for first in (0..SEEN).step_by(LANES) {
                     let depths = L::load(&depths[first..]);

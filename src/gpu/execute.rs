@@ -316,7 +316,7 @@ pub const BACKGROUND: u32 = u32::MAX;
 pub const HOST: u32 = u32::MAX - 1;
 
 /// Puts the pixels of all tiles into their places, every one of them: of tile `t` those at `slots[t]` in `found`, and `backgrounds[t]` where
-/// nothing was found. Returns the tiles in which something is undecided in ascending order, and how many pixels are in each.
+/// nothing was found. Returns the tiles in which something is undecided in ascending order, and which pixels of each.
 pub fn fill(
     ids: &mut [MaybeUninit<i32>],
     region: Region,
@@ -325,7 +325,7 @@ pub fn fill(
     backgrounds: &[i32],
     found: &[i32],
     spheres: Spheres<'_>,
-) -> Vec<(u32, u32)> {
+) -> Vec<(u32, Pixels)> {
     const SIDE: usize = TILE as usize;
     let (width, columns) = (region.width as usize, columns as usize);
     let left_over = Mutex::new(Vec::new());
@@ -352,25 +352,38 @@ pub fn fill(
         for (column, &slot) in slots.iter().enumerate().filter(|(_, slot)| **slot != BACKGROUND) {
             let first = column * SIDE;
             let across = SIDE.min(width - first);
-            let mut open = if slot == HOST { across * height } else { 0 };
+            let mut open = u64::MAX;
             if slot != HOST {
-                let found = found[slot as usize * TILE_PIXELS..][..TILE_PIXELS].chunks(SIDE);
-                for (ids, found) in ids.chunks_mut(width).zip(found) {
-                    for (id, &place) in ids[first..first + across].iter_mut().zip(found) {
-                        open += usize::from(place == UNDECIDED);
+                let found = &found[slot as usize * TILE_PIXELS..][..TILE_PIXELS];
+                for (row, ids) in ids.chunks_mut(width).enumerate() {
+                    for (id, column) in ids[first..first + across].iter_mut().zip(found.chunks_exact(SIDE)) {
+                        let place = column[row];
                         if place != NONE {
-                            id.write(if place < 0 { place } else { spheres.index(place as u32) as i32 });
+                            id.write(if place < 0 { UNDECIDED } else { spheres.index(place as u32) as i32 });
                         }
                     }
                 }
+                if found.iter().all(|&place| place >= NONE) {
+                    continue;
+                }
+                open = found.iter().rev().fold(0, |open, &place| open << 1 | u64::from(place < NONE));
             }
-            if open > 0 {
-                let tile = (row_of_tiles * columns + column) as u32;
-                left_over.lock().unwrap_or_else(PoisonError::into_inner).push((tile, open as u32));
-            }
+            let tile = (row_of_tiles * columns + column) as u32;
+            let open = (tile, open & inside(across, height));
+            left_over.lock().unwrap_or_else(PoisonError::into_inner).push(open);
         }
     });
     let mut left_over = left_over.into_inner().unwrap_or_else(PoisonError::into_inner);
     left_over.sort_unstable();
     left_over
+}
+
+/// Some pixels of a tile, column by column, a bit for each.
+pub type Pixels = u64;
+const _: () = assert!(TILE_PIXELS == Pixels::BITS as usize);
+
+/// The pixels of a tile in its first columns and rows.
+fn inside(across: usize, height: usize) -> Pixels {
+    let column = 0xff >> (TILE as usize - height);
+    (0..across).fold(0, |pixels, k| pixels | column << (k * TILE as usize))
 }

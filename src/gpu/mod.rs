@@ -39,7 +39,7 @@ use crate::{
     tile::Exact,
 };
 use decide::{Among, Undecided};
-use execute::{BACKGROUND, Executor, HOST, fill};
+use execute::{BACKGROUND, Executor, HOST, Pixels, fill};
 use lists::{Spheres, These, Uncovered, Wave};
 
 /// Spheres on the device: consecutive, as many as one binding holds.
@@ -384,8 +384,7 @@ impl Gpu {
         drawing.times.read_back += since(begin);
         if decide && self.executor.certain && !left_over.is_empty() {
             let begin = Instant::now();
-            let pixels: usize = left_over.iter().map(|tile| tile.1 as usize).sum();
-            let tiles: Vec<u32> = left_over.into_iter().map(|tile| tile.0).collect();
+            let pixels: usize = left_over.iter().map(|tile| tile.1.count_ones() as usize).sum();
             // Lists of several waves are gone.
             let tally = match projector.filter(|_| waves == 1) {
                 _ if pixels * 8 > region.pixels() => {
@@ -394,9 +393,9 @@ impl Gpu {
                 }
                 Some(projector) => {
                     let among = Among { spheres, projector: &projector, wave: &self.wave };
-                    decide::decide(among, &tiles, band.columns, &backgrounds, ids)
+                    decide::decide(among, &left_over, band.columns, &backgrounds, ids)
                 }
-                None => self.decide_again(spheres, &tiles, region, &band, ids),
+                None => self.decide_again(spheres, &left_over, region, &band, ids),
             };
             drawing.counts.undecided += pixels;
             drawing.counts.exact += tally.big as usize;
@@ -419,12 +418,12 @@ impl Gpu {
     fn decide_again(
         &mut self,
         spheres: Spheres<'_>,
-        tiles: &[u32],
+        tiles: &[(u32, Pixels)],
         region: Region,
         band: &Band,
         ids: &mut [i32],
     ) -> Tally {
-        let mut undecided = Undecided::find(tiles, ids, region, band.columns);
+        let mut undecided = Undecided::new(tiles, band.columns);
         let mut tally = Tally::default();
         let mask = undecided.mask(band.tiles());
         let mut left = spheres.split(0..spheres.places());

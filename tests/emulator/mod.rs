@@ -102,9 +102,9 @@ impl Value {
     }
 
     /// A signed integer.
-    pub fn int(&self) -> i32 {
+    pub fn int(&self, k: usize) -> i32 {
         match self {
-            Self::I32(v) => v[0],
+            Self::I32(v) => v[k],
             other => panic!("{other:?} is no signed integer"),
         }
     }
