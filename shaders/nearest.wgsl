@@ -34,12 +34,12 @@ fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> 
     let c = chord(item, pixels);
     let low = lower(range, item, c);
     let least = min(old.low, low);
-    let named = vec4<u32>(entry) | doubt_bit(range, item, c);
+    let named = vec4<u32>(entry) | mark(range, item, c);
     // Where both are equal the two contest the pixel, and it does not matter which is named.
     let better = least == low;
     return Nearest(
         least,
-        min(old.rest, max(old.low, low)),
+        min(old.rest, loser(old.low, low, item)),
         select(old.entry, named, better),
     );
 }

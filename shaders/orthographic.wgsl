@@ -32,6 +32,8 @@ struct Item {
     // Above this square, at least 2.2 E, a hit is certain. Then root - sqrt(q*) <= 2 E / (root + sqrt(root^2 - 2 E)) <= 1.54 E / root, and its
     // depth is good to 2.02 `width`, which is at least slack + 0.77 E / root of this: of both its terms the lesser.
     safe: f32,
+    // See guard.wgsl: at most shape.z + `width` less the root of `safe`, and not negative; 0 where no hit is certain.
+    guard: f32,
     // Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
     width: f32,
     // Not more than the depth at which the sphere begins.
@@ -77,11 +79,14 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let error = radius * part + SURE * 5.1 * eye.delta * eye.delta;
     let certain = (radius >= 32.0 * eye.delta) & !huge;
     let safe = greater(radius * radius / (REACH * REACH), 2.2 * error);
-    let width = slack + lesser(0.84 * REACH * part, 0.54 * sqrt(error));
+    let root = sqrt(error);
+    let width = slack + lesser(0.84 * REACH * part, 0.54 * root);
+    let guard = greater(z - slack + width - greater(radius / REACH, 1.49 * root), 0.0);
     return Item(
         vec4<f32>(x, y, select(z - slack, -1e30, huge), select(radius * radius + error, 1e30, huge)),
         vec2<f32>(select(slack, 1e30, huge), select(NEVER, error, certain)),
         select(NEVER, safe, certain),
+        select(0.0, guard, certain),
         select(0.0, width, certain),
         select(z - slack - radius, -1e30, huge),
     );
@@ -98,5 +103,5 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(vec4<f32>(item.shape.xyz, -1e30), item.bounds, item.safe, item.width, item.front);
+    return Item(vec4<f32>(item.shape.xyz, -1e30), item.bounds, item.safe, item.guard, item.width, item.front);
 }

@@ -145,7 +145,12 @@ impl Variant {
         parts.extend(perspective.then_some(part!("fans.wgsl")));
         parts.extend(self.clipped.then_some(part!("planes.wgsl")));
         parts.push(part!("rotate.wgsl"));
-        parts.push(if self.certain { part!("certain.wgsl") } else { part!("plain.wgsl") });
+        match (self.certain, self.clipped, perspective) {
+            (false, ..) => parts.push(part!("plain.wgsl")),
+            (true, false, false) => parts.extend([part!("certain.wgsl"), part!("guard.wgsl")]),
+            (true, false, true) => parts.extend([part!("certain.wgsl"), part!("doubt.wgsl"), part!("unsafe.wgsl")]),
+            (true, true, _) => parts.extend([part!("certain.wgsl"), part!("doubt.wgsl")]),
+        }
         parts.push(if perspective { part!("perspective.wgsl") } else { part!("orthographic.wgsl") });
         parts.push(if self.clipped { part!("clipped.wgsl") } else { part!("open.wgsl") });
         parts.push(part!("nearest.wgsl"));

@@ -334,13 +334,19 @@ impl<'a> Probe<'a> {
         let pixels = machine.call("pixels_of", vec![eye, column, rows]);
         let chord = machine.call("chord", vec![item.clone(), pixels]);
         let key = machine.call("lower", vec![range.clone(), item.clone(), chord.clone()]).uint(0);
-        let again = machine.call("unsafe_bit", vec![range, item.clone(), chord.clone()]).uint(0);
+        let safe = if self.stage.perspective {
+            machine.call("unsafe_bit", vec![range, item.clone(), chord.clone()]).uint(0) == 0
+        } else {
+            // What can be settled.
+            let [guard, width] = ["guard", "width"].map(|name| machine.field(&item, "Item", name).float(0));
+            f64::from(guard) > f64::from(f32::from_bits(key)) + 2.02 * f64::from(width)
+        };
         let low = (key <= i32::MAX as u32).then(|| f64::from(f32::from_bits(key)));
         let sample = 2 * left as i32 + TILE as i32 - self.stage.view.image.width as i32;
         let pitch = self.stage.view.pitch_x;
         let middle = Bounded::ratio(sample.into(), pitch.length, 2.0 * f64::from(pitch.divisor));
         let base = self.middle - exact(place.tile.z.into());
-        Some(Found { item, chord, low, safe: again == 0, base, middle })
+        Some(Found { item, chord, low, safe, base, middle })
     }
 }
 

@@ -135,6 +135,7 @@ fault 'ties to the higher index' $f 'order.then(index.cmp(&holder)).is_gt()' 'or
 more 'duplicates: the higher index' $f 'self.id[row][column] = holder.min(index);' 'self.id[row][column] = holder.max(index);' 'twice' --test exactness cpu::every_pixel
 more 'duplicates at a glance: the higher index' $f 'twin.min(index)' 'twin.max(index)' 'twice' --test exactness cpu::every_pixel
 more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
+more 'of the rows to decide in the last alone' $f 'self.open |= 1 << row;' 'self.open = 1 << row;' '' --test exactness cpu::every_pixel
 more 'blocks as far as their last row' $f 'farthest = depth.max(farthest);' 'farthest = depth;' '' --test exactness cpu::every_pixel
 f=src/cpu/paint.rs
 more 'hidden by the nearest block' $f 'farthest = if block > farthest { block } else { farthest };' 'farthest = if farthest > f64::NEG_INFINITY { farthest } else { block };' '' --test exactness cpu::every_pixel
@@ -199,7 +200,9 @@ more 'GPU, short lists: the first entry alone' shaders/tiles_few_subgroup8.wgsl 
 more 'GPU, short lists: lists of three' src/plan.rs 'count <= limits.few' 'count <= limits.few + u32::from(limits.few > 0)' '' --test exactness gpu_skipping::every_pixel
 more 'GPU, half widths of tiles: the last item alone' shaders/tiles_portable.wgsl 'width = greater(width, item.width);' 'width = item.width * 0.001;' '' --test adversary settled
 more 'GPU: the best is always right' shaders/settle_once.wgsl 'found.rest > high' 'found.rest > vec4<u32>(0u)' '' --test adversary settled
-more 'GPU: unsafe bests are kept' shaders/certain.wgsl 'return unsafe_bit(range, item, c);' 'return vec4<u32>(0u);' '' --test adversary settled
+more 'GPU: unsafe bests are kept' shaders/doubt.wgsl 'return unsafe_bit(range, item, c);' 'return vec4<u32>(0u);' '' --test adversary settled
+more 'GPU: bests behind the guard are kept' shaders/guard.wgsl 'max(min(old, vec4<u32>(bitcast<u32>(item.guard))), low)' 'max(old, low)' '' --test adversary settled
+more 'GPU: a guard at the centre' shaders/orthographic.wgsl 'greater(z - slack + width - greater(radius / REACH, 1.49 * root), 0.0)' 'greater(z - slack + width, 0.0)' '' --test adversary settled
 more 'GPU: the best of several passes is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled
 more 'GPU: unsafe bests of several passes are kept' shaders/settle.wgsl 'named >= AGAIN || none' 'none' '' --test adversary settled
 more 'GPU: the best of two passes is the farther' shaders/finish_merge.wgsl 'found.high < old.high ||' 'found.high > old.high ||' '' --test adversary settled
