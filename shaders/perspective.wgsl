@@ -4,7 +4,7 @@
 // a = 1 + sx^2 + sy^2, is d^2 = m^2 + n^2 + (n sy + m sx)^2, and the roots are
 //     t = Z + (m sy - n sx -+ sqrt(D)) / a,     D = a R^2 - d^2.
 // n0, m0 of the tile's middle come from integers, as in orthographic.wgsl; then n = n0 + Z (sx - sx0), m = m0 - Z (sy - sy0).
-// In steps; u = 2^-23; k = `spread` >= sqrt a; P = sqrt a R <= k R.
+// In steps; u = 2^-23; k = `spread` >= sqrt a in the tile; P = sqrt a R <= k R.
 //
 // Place. Z (from the camera) is good to delta_depth + 4 u |Z|: plan.rs adds 4 pitch delta_depth to delta; with the roundings of
 // the offset and the sums the error of n, m is at most e = delta_p + 4 u |n|, delta_p = delta + 40 u pitch |Z|.
@@ -32,6 +32,7 @@ struct Eye {
     delta_depth: f32,
     base: i32,
     base_far: f32,
+    // At least the length of the direction of any ray of the tile.
     spread: f32,
     // The greater of both.
     pitch: f32,
@@ -74,6 +75,8 @@ struct Chord {
 
 fn eye_of(tile: Tile, at: u32) -> Eye {
     let fan = fans[at];
+    // As far as a tile's rays run to the sides; the roundings are within the factor.
+    let far = abs(vec2<f32>(fan.sx, fan.sy)) + 3.6 * vec2<f32>(frame.pitch_x, frame.pitch_y);
     return Eye(
         split(fan.n),
         split(fan.m),
@@ -85,7 +88,7 @@ fn eye_of(tile: Tile, at: u32) -> Eye {
         frame.delta_depth,
         frame.base,
         frame.base_far,
-        frame.spread,
+        1.001 * sqrt(1.0 + far.x * far.x + far.y * far.y),
         greater(frame.pitch_x, frame.pitch_y),
     );
 }

@@ -21,8 +21,6 @@ struct Frame {
     // Depth of the middle of the data, in steps, as the sum of both: perspective only.
     base: i32,
     base_far: f32,
-    // At least the length of any ray's direction; 1 for orthographic rays.
-    spread: f32,
     // Place of the first sphere of the chunk.
     first: u32,
     // Tiles of this pass.
@@ -31,10 +29,6 @@ struct Frame {
     row: u32,
     // No entry of a list begins nearer, by more than this, than any before it; NEVER if nothing is promised. In steps.
     disorder: f32,
-    // Up to a multiple of 16 bytes.
-    room_a: u32,
-    room_b: u32,
-    room_c: u32,
 }
 
 // One per tile and pass.

@@ -37,14 +37,10 @@ pub struct Frame {
     pub scale: f32,
     pub base: i32,
     pub base_far: f32,
-    pub spread: f32,
     pub first: u32,
     pub tiles: u32,
     pub row: u32,
     pub disorder: f32,
-    pub room_a: u32,
-    pub room_b: u32,
-    pub room_c: u32,
 }
 
 /// `Tile` of `shaders/types.wgsl`.
@@ -284,7 +280,6 @@ impl Eye {
             scale: power(-level.min(200)).max(power(-120)) as f32,
             base: if base_fits { middle.z.round_ties_even() as i32 } else { 0 },
             base_far: if base_fits { 0.0 } else { middle.z as f32 },
-            spread: up(spread),
             ..Frame::zeroed()
         };
         let slop = power(-40) * (high.abs().element_sum() + half[0] + half[1] + depth_reach + camera.near);

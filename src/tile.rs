@@ -373,7 +373,7 @@ impl<const SIDE: usize> Tile<SIDE> {
                     continue;
                 }
                 let root = square.sqrt();
-                let (win, _) = test.wins(q, above, root);
+                let win = if M::BOUNDS { test.wins(q, above, root).0 } else { !lose & above.less(root) };
                 if if M::BOUNDS { win | lose != u8::MAX } else { win == 0 } {
                     if M::BOUNDS {
                         self.open |= 1 << row;

@@ -44,7 +44,7 @@ macro_rules! layout {
 #[test]
 fn shared_structs_have_the_layout_of_rust() {
     let layouts = [
-        layout!(Frame: right, pitch_x, up, pitch_y, forward, delta, delta_depth, scale, base, base_far, spread, first, tiles, row, disorder, room_a, room_b, room_c),
+        layout!(Frame: right, pitch_x, up, pitch_y, forward, delta, delta_depth, scale, base, base_far, first, tiles, row, disorder),
         layout!(Tile: start, count, x, y, z, slot),
         layout!(Fan: n, sx, m, sy),
         layout!(State: id, low, high, rest),
