@@ -150,9 +150,9 @@ struct Test<L> {
     /// `-E`.
     miss: L,
     /// For hits that are not solid, `rim` stands for root and `W`: its square.
+    square: L,
+    /// Hits with a greater root are solid: the root of `square`, exactly, as that is far from underflow. Infinite if none is.
     rim: L,
-    /// Hits with a greater `q` are solid.
-    solid: L,
     /// How much is allowed for the bounds of what is held, and `between`.
     slack: L,
 }
@@ -163,12 +163,14 @@ impl<L: Lanes> Test<L> {
     fn new(&Margins { doubt, solid, width, rim }: &Margins, shared: bool) -> Self {
         let vague = !shared && solid == f64::INFINITY;
         let known = if vague { 0.0 } else { width };
+        // A square that overflows has no root; those of shared bounds do not.
+        let told = shared || !(vague || rim > 1e150);
         Self {
             known,
             between: 2.1 * known,
             miss: L::splat(-doubt),
-            rim: L::splat(rim * rim),
-            solid: L::splat(if vague { f64::INFINITY } else { rim * rim }),
+            square: L::splat(rim * rim),
+            rim: L::splat(if told { rim } else { f64::INFINITY }),
             slack: L::splat(0.0),
         }
     }
@@ -190,16 +192,22 @@ impl<L: Lanes> Test<L> {
     /// `b - 1.1 W - high`. Also answers with what to take the root of.
     #[inline(always)]
     fn loses(&self, q: L, above: L) -> (u8, L) {
-        let (ahead, square) = (above.max(L::splat(0.0)), self.rim.max(q));
+        let (ahead, square) = (above.max(L::splat(0.0)), self.square.max(q));
         (q.less(self.miss) | square.less(ahead.mul(ahead)), square)
     }
 
     /// In front for certain: `b - sqrt q + W < high - slack`. What is NaN is in doubt, and so is what is hardly solid, whose root is not told
-    /// here. Also answers with what is surely hit.
+    /// here.
     #[inline(always)]
-    fn wins(&self, q: L, above: L, root: L) -> (u8, u8) {
-        let sure = self.solid.less(q);
-        (sure & above.add(self.slack).less(root), sure)
+    fn wins(&self, above: L, root: L) -> u8 {
+        // The second of a number and NaN.
+        self.rim.max(above.add(self.slack)).less(root)
+    }
+
+    /// Hit for certain.
+    #[inline(always)]
+    fn sure(&self, root: L) -> u8 {
+        self.rim.less(root)
     }
 }
 
@@ -373,7 +381,7 @@ impl<const SIDE: usize> Tile<SIDE> {
                     continue;
                 }
                 let root = square.sqrt();
-                let win = if M::BOUNDS { test.wins(q, above, root).0 } else { !lose & above.less(root) };
+                let win = if M::BOUNDS { test.wins(above, root) } else { !lose & above.less(root) };
                 if if M::BOUNDS { win | lose != u8::MAX } else { win == 0 } {
                     if M::BOUNDS {
                         self.open |= 1 << row;
@@ -558,7 +566,7 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
         let above = b.sub(high);
         let (lose, square) = test.loses(q, above);
         let root = square.sqrt();
-        let (win, sure) = test.wins(q, above, root);
+        let (win, sure) = (test.wins(above, root), test.sure(root));
         let most = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
         if win != 0 {
             L::select(win, most, high).store(&mut tile.high[row][first..]);
