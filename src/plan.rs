@@ -93,7 +93,9 @@ pub const UNDECIDED: i32 = -2;
 const CENTER_BITS: i32 = 28;
 /// Axes are integers times 2^-30.
 const AXIS_BITS: i32 = 30;
-/// Largest offset from the middle of the data to a tile, in steps: with a rotated centre (below sqrt 3 * 2^28) it fits an `i32`.
+/// Greatest length of an axis, for `rotate`.
+const LONGEST: f64 = 1.5;
+/// Largest offset from the middle of the data to a tile, in steps: with a rotated centre (below 1.5 sqrt 3 * 2^28) it fits an `i32`.
 const OFFSET_LIMIT: f64 = (1 << 30) as f64;
 /// One WGSL rounding.
 const ULP: f64 = 1.0 / (1 << 23) as f64;
@@ -101,6 +103,8 @@ const ULP: f64 = 1.0 / (1 << 23) as f64;
 /// Error of a rotated centre with its offset, in steps: 0.5 units in each component of the centre (0.87 as a vector, and a step is at
 /// least a unit), 0.5 * 2^-30 in each component of the axis times 2^28 (0.38), 0.75 + 0.5 in `rotate`, 0.5 in the offset.
 const ROTATION_ERROR: f64 = 3.125;
+/// What is added for axes of up to the greatest length: 0.87 times what it is above 1.
+const LONGER: f64 = 0.4375;
 
 /// `2^exponent`, for normal results.
 fn power(exponent: i32) -> f64 {
@@ -256,7 +260,7 @@ impl Eye {
         let wish = levels(spread * bounds.max_radius + 16.0 * coarse, 29);
         let limit = (above(fine) - 1 - 16 - fixed.exponent).max(levels(16.0 * coarse, 28)).max(0);
         // Axes of perspective tiles are as long as `spread`.
-        let level = wish.min(limit).max(if perspective { above(spread) } else { 0 });
+        let level = wish.min(limit).max(if perspective { above(spread / LONGEST) } else { 0 });
         let one = if level <= 32 { power(AXIS_BITS - level) } else { 0.0 };
         let step = unit * power(level.min(200));
         let axis = |a: DVec3| (a * one).to_array().map(|c| c.round_ties_even() as i32);
@@ -267,8 +271,8 @@ impl Eye {
         let scaled = if perspective { pitch } else { [pitch[0] / step, pitch[1] / step] };
         let delta_depth = ROTATION_ERROR + middle_error;
         let widest = scaled[0].max(scaled[1]);
-        let delta =
-            ROTATION_ERROR + middle_error + if perspective { 4.0 * widest * delta_depth } else { 24.0 * ULP * widest };
+        let roundings = if perspective { LONGER + 4.0 * widest * delta_depth } else { 24.0 * ULP * widest };
+        let delta = ROTATION_ERROR + middle_error + roundings;
         let frame = Frame {
             right: axis(right),
             pitch_x: scaled[0] as f32,
@@ -592,7 +596,8 @@ mod tests {
             }
             let axis = DVec3::from_array(std::array::from_fn(|_| (random(&mut state) >> 40) as f64 - 8388607.5));
             let axis = if round % 7 == 0 { [DVec3::X, -DVec3::Y, DVec3::Z][round % 3] } else { axis.normalize() };
-            let m = (axis * f64::from(1 << 30)).to_array().map(|c| c.round_ties_even() as i32);
+            let length = if round % 2 == 0 { LONGEST } else { 1.0 };
+            let m = (axis * length * f64::from(1 << 30)).to_array().map(|c| c.round_ties_even() as i32);
             let exact: i64 = (0..3).map(|k| i64::from(m[k]) * i64::from(v[k])).sum();
             let error = (exact as f64 / f64::from(1 << 30) - f64::from(rotate(m, v))).abs();
             worst = worst.max(error);
@@ -637,7 +642,7 @@ mod tests {
         }
     }
 
-    /// The axes of perspective tiles are as long as rays are; the shader's multiplication takes components up to 2^30.
+    /// The axes of perspective tiles are as long as rays are; the shader's multiplication takes them up to a length.
     #[test]
     fn axes_of_wide_views_keep_to_their_bits() {
         use crate::{
@@ -660,8 +665,8 @@ mod tests {
             for (column, row) in [(0, 0), (56, 0), (0, 56), (56, 56), (32, 32)] {
                 let (_, place) = eye.place(column, row, 1.0, true);
                 for axis in [place.fan.n, place.fan.m, eye.frame.forward] {
-                    let longest = axis.map(i32::unsigned_abs).into_iter().max().unwrap();
-                    assert!(longest <= 1 << 30, "width {width}: {axis:?}");
+                    let length = axis.map(|c| f64::from(c).powi(2)).iter().sum::<f64>().sqrt();
+                    assert!(length <= (LONGEST + 1e-9) * f64::from(1 << 30), "width {width}: {axis:?}");
                 }
             }
         }

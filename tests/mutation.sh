@@ -178,6 +178,7 @@ more 'symmetry: depths left out' $f 'if dot(f, self.d) != dot(h, self.d) {' 'if 
 
 f=src/plan.rs
 more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const ROTATION_ERROR: f64 = 3.125 / 8.0;' '' --test adversary places
+more 'longest axes, twice as long' $f 'const LONGEST: f64 = 1.5;' 'const LONGEST: f64 = 3.0;' '' --lib plan
 more 'f64 of the host, bound / 8' $f 'let error = power(-53) * ulps' 'let error = power(-56) * ulps' '' --lib plan
 
 for rays in orthographic perspective; do
