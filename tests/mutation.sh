@@ -187,7 +187,7 @@ for rays in orthographic perspective; do
     more "GPU, $rays: slack / 8" $f 'let slack = SURE *' 'let slack = 0.125 * SURE *' '' --test adversary depths
     more "GPU, $rays: width / 8" $f 'let width = slack + lesser(' 'let width = 0.125 * slack + 0.125 * lesser(' '' --test adversary depths
     more "GPU, $rays: spheres begin at the middle" $f 'select(z - slack - radius,' 'select(z,' '' --test adversary depths
-    more "GPU, $rays: all hits certain" $f 'let certain = radius >= 32.0' 'let certain = radius >= 0.0 * 32.0' '' --test adversary squares
+    more "GPU, $rays: all hits certain" $f 'let certain = (radius >= 32.0' 'let certain = (radius >= 0.0 * 32.0' '' --test adversary squares
 done
 f=shaders/orthographic.wgsl
 fault 'GPU, orthographic: E without the place' $f '(4.1 * eye.delta + 33.0 * U * radius)' '(33.0 * U * radius)' '' --test adversary squares
