@@ -42,7 +42,7 @@ pub struct Among<'a> {
 /// sphere of a tile's list is met, `backgrounds` is seen.
 pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
     let region = among.projector.region;
-    let row_of_tiles = |(tiles, heads, ids): (&[(u32, Pixels)], &[Head], &mut [i32])| {
+    let row_of_tiles = |tiles: &[(u32, Pixels)], heads: &[Head], ids: &mut [i32]| {
         let mut tally = Tally::default();
         let mut open = Open::default();
         for (&(tile, pixels), head) in tiles.iter().zip(heads) {
@@ -56,9 +56,8 @@ pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgroun
         a += b;
         a
     };
-    let heads = Head::of_tiles(among, tiles);
     let mut rows = Vec::new();
-    let (mut rest, mut heads) = (ids, &heads[..]);
+    let mut rest = ids;
     let mut first = 0;
     for tiles in tiles.chunk_by(|a, b| a.0 / columns == b.0 / columns) {
         let row = tiles[0].0 / columns;
@@ -66,16 +65,22 @@ pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgroun
         debug_assert!(below.is_some());
         let height = SIDE.min((region.height - row * TILE) as usize);
         if let Some(ids) = rest.split_off_mut(..height * region.width as usize) {
-            let of_row;
-            (of_row, heads) = heads.split_at(tiles.len());
-            rows.push((tiles, of_row, ids));
+            rows.push((tiles, ids));
         }
         first = row + 1;
     }
     if tiles.len() < FEW {
-        rows.into_iter().map(row_of_tiles).fold(Default::default(), sum)
+        let all = Head::of_tiles(among, tiles);
+        let mut heads = &all[..];
+        let row = |(tiles, ids): (&[(u32, Pixels)], _)| {
+            let of_row;
+            (of_row, heads) = heads.split_at(tiles.len());
+            row_of_tiles(tiles, of_row, ids)
+        };
+        rows.into_iter().map(row).fold(Default::default(), sum)
     } else {
-        rows.into_par_iter().map(row_of_tiles).reduce(Default::default, sum)
+        let row = |(tiles, ids)| row_of_tiles(tiles, &Head::of_tiles(among, tiles), ids);
+        rows.into_par_iter().map(row).reduce(Default::default, sum)
     }
 }
 
@@ -86,7 +91,7 @@ struct Head {
 }
 
 impl Head {
-    /// Fetched for all tiles first: what is not in the cache is then waited for at once, and not tile by tile.
+    /// Fetched for several tiles first: what is not in the cache is then waited for at once, and not tile by tile.
     fn of_tiles(Among { spheres, wave, .. }: Among<'_>, tiles: &[(u32, Pixels)]) -> Vec<Self> {
         let places = |&(tile, _): &(u32, Pixels)| {
             let list = wave.tile(tile as usize);
