@@ -1,4 +1,4 @@
-// The answer of a pixel whose list was seen whole. Settled: no other sphere's lower bound is within the upper bound of the best.
+// The answer of a pixel whose list was seen whole. Settled: in its own pass, and no other sphere's lower bound is within its upper bound.
 fn answer(state: State) -> i32 {
     if state.low >= NEVER {
         return NONE;

@@ -10,39 +10,39 @@ fn range_of(at: u32) -> Range {
     return Range(planes[at]);
 }
 
-// 1.54 E / root (see `width`), which bounds what the half chord may be too long; large where the hit is in doubt.
-fn doubt(item: Item, c: Chord) -> vec4<f32> {
-    let error = item.bounds.y;
-    let sure = vec4<bool>(error < NEVER) & (c.square > vec4<f32>(2.2 * error));
-    return select(vec4<f32>(NEVER), vec4<f32>(1.56 * error) / max(c.root, vec4<f32>(1.0)), sure);
+// Bounds of both roots as depths.
+struct Ends {
+    near_low: vec4<f32>,
+    near_high: vec4<f32>,
+    far_low: vec4<f32>,
+    far_high: vec4<f32>,
+}
+
+fn ends(item: Item, c: Chord) -> Ends {
+    // What the half chord may be too long: 2 E / (root + sqrt(root^2 - 2 E)) where root^2 > 4 E; all of it where the hit is in doubt.
+    let late = vec4<f32>(1.18 * item.bounds.y) / max(c.root, vec4<f32>(1.0));
+    let least = select(vec4<f32>(0.0), max(c.half - late, vec4<f32>(0.0)), c.square > vec4<f32>(item.safe));
+    let slack = vec4<f32>(SURE * item.bounds.x);
+    let low = c.depth - slack;
+    let high = c.depth + slack;
+    return Ends(low - c.half, high - least, low + least, high + c.half);
 }
 
 // The key of a lower bound of the hit's depth; MISS for a certain miss.
 fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
-    let wide = 2.02 * item.bounds.x;
-    let short = doubt(item, c);
-    // The near root lies before the centre's foot, and not before low.
-    let low = c.depth - c.half;
-    let near_high = c.depth + vec4<f32>(wide) - max(c.half - short, vec4<f32>(0.0));
-    let far_low = c.depth + max(c.half - short, vec4<f32>(0.0));
-    let far_high = c.depth + vec4<f32>(wide) + c.half;
-    let cut = near_high < vec4<f32>(range.planes.x);
-    let gone = (c.square <= vec4<f32>(0.0)) | (far_high < vec4<f32>(range.planes.x));
-    let first = max(select(low, far_low, cut), vec4<f32>(range.planes.x));
+    let e = ends(item, c);
+    let cut = e.near_high < vec4<f32>(range.planes.x);
+    let gone = (c.square <= vec4<f32>(0.0)) | (e.far_high < vec4<f32>(range.planes.x));
+    let first = max(select(e.near_low, e.far_low, cut), vec4<f32>(range.planes.x));
     return select(key(first), vec4<u32>(MISS), gone | (first > vec4<f32>(range.planes.w)));
 }
 
-// 0 where the hit is certain, and its depth at most the lower bound + 2.02 `width`, as in open.wgsl, else AGAIN: the near root in range for
-// certain, or before it for certain and the far root in range.
-fn unsafe_bit(range: Range, item: Item, c: Chord) -> vec4<u32> {
-    let wide = vec4<f32>(2.02 * item.bounds.x);
-    let short = doubt(item, c);
-    let low = c.depth - c.half;
-    let near_high = low + wide + short;
-    let far_low = c.depth + max(c.half - short, vec4<f32>(0.0));
-    let far_high = c.depth + wide + c.half;
-    let whole = (low >= vec4<f32>(range.planes.y)) & (near_high <= vec4<f32>(range.planes.z));
-    let cut = (near_high < vec4<f32>(range.planes.x)) & (far_low >= vec4<f32>(range.planes.y))
-        & (far_high <= vec4<f32>(range.planes.z));
-    return select(vec4<u32>(AGAIN), vec4<u32>(0u), (c.square > vec4<f32>(item.safe)) & (whole | cut));
+// The hit is certain, and its depth in no greater doubt above the key than in open.wgsl: the near root in range for certain, or before it for
+// certain and the far root in range.
+fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
+    let e = ends(item, c);
+    let whole = (e.near_low >= vec4<f32>(range.planes.y)) & (e.near_high <= vec4<f32>(range.planes.z));
+    let cut = (e.near_high < vec4<f32>(range.planes.x)) & (e.far_low >= vec4<f32>(range.planes.y))
+        & (e.far_high <= vec4<f32>(range.planes.z));
+    return (c.square > vec4<f32>(item.safe)) & (whole | cut);
 }

@@ -1,5 +1,5 @@
 // The end of a pixel where several passes (rounds of a long list, chunks of spheres) share a tile: their findings are merged.
-// The sphere of least upper bound stays; the other's lower bound joins the rest.
+// The sphere of least upper bound stays; the other's lower bound, which is that of all of its pass, joins the rest of earlier passes.
 fn finish(tile: Tile, place: u32, found: State) {
     let at = (tile.slot & SLOT) * 64u + place;
     var state = found;
@@ -9,7 +9,7 @@ fn finish(tile: Tile, place: u32, found: State) {
         state.id = select(old.id, found.id, better);
         state.low = select(old.low, found.low, better);
         state.high = select(old.high, found.high, better);
-        state.rest = min(min(old.rest, found.rest), select(found.low, old.low, better));
+        state.rest = min(old.rest, select(found.low, old.low, better));
     }
     if (tile.slot & LAST) != 0u {
         ids[at / 4u][at % 4u] = answer(state);

@@ -8,9 +8,6 @@
 const MISS = 0x80000000u;
 // The key of nothing seen, NEVER: behind every depth, and before what is missed.
 const NOTHING = 0x7b4097ceu;
-// Added to the entry of a best whose hit is not safe: the host must look at the pixel again.
-const AGAIN = 0x80000000u;
-
 struct Nearest {
     low: vec4<u32>,
     rest: vec4<u32>,
@@ -18,7 +15,7 @@ struct Nearest {
 }
 
 fn nothing() -> Nearest {
-    return Nearest(vec4<u32>(NOTHING), vec4<u32>(MISS), bitcast<vec4<u32>>(vec4<i32>(NONE)));
+    return Nearest(vec4<u32>(NOTHING), vec4<u32>(~0u), bitcast<vec4<u32>>(vec4<i32>(NONE)));
 }
 
 // The key of a lower bound. What may lie before 0 gets 0, and nothing is settled against that: every upper bound is at least 0.
@@ -33,14 +30,12 @@ fn depth_of(key: u32) -> f32 {
 fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> Nearest {
     let c = chord(item, pixels);
     let low = lower(range, item, c);
-    let least = min(old.low, low);
-    let named = vec4<u32>(entry) | mark(range, item, c);
-    // Where both are equal the two contest the pixel, and it does not matter which is named.
-    let better = least == low;
+    let won = wins(range, item, c, low, old.low);
     return Nearest(
-        least,
-        min(old.rest, loser(old.low, low, item)),
-        select(old.entry, named, better),
+        min(old.low, low),
+        others(old, low, won),
+        // Where the best did not win, it does not matter which is named.
+        select(old.entry, vec4<u32>(entry), won),
     );
 }
 
@@ -48,9 +43,4 @@ fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> 
 fn deepest(top: Nearest, bottom: Nearest) -> f32 {
     let low = max(top.low, bottom.low);
     return bitcast<f32>(max(max(low.x, low.y), max(low.z, low.w)));
-}
-
-// What begins beyond `front` was not looked at.
-fn cut_off(found: Nearest, front: f32) -> Nearest {
-    return Nearest(found.low, min(found.rest, key(vec4<f32>(front))), found.entry);
 }

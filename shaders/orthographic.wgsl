@@ -7,10 +7,16 @@
 // |X| <= |dx| + |p| and |p| <= 3.5 pitches; with room for another order of the terms `delta` has 24 u pitches, and e = delta + 4 u |dx|
 // bounds the error of each of dx, dy. As a vector: eps = sqrt 2 (delta + 4 u d).
 //
-// Square. For true d <= 1.2 R: |d2 - d2*| <= 2 d eps + eps^2 <= 3.4 R delta + 16.3 u R^2 + 4.1 delta^2, and the roundings of the
-// products, sums and of R^2 add 8 u R^2. So E = 4 R delta + 5 delta^2 + 32 u R^2 bounds the error of q = R^2 - d2, and with
-// reach = R^2 + E:   reach - d2 <= 0 is a certain miss (for d* <= R the first bound holds for any delta);
-// and q* lies in [square - 2 E, square] when R >= 32 delta, since then d* <= 1.2 R.
+// Square. If d or d* is at most R: |d2 - d2*| <= 2 R eps + eps^2 <= 2.84 R delta + 11.5 u R^2 + 2.1 delta^2, and the roundings of the
+// products, sums and of R^2 add 8 u R^2. So E = 2.9 R delta + 20 u R^2 + 2.2 delta^2 bounds the error of q = R^2 - d2, and with
+// reach = R^2 + E and square = reach - d2:   q* lies in [square - 2 E, square] if q* >= 0 or square >= E. So square < 0 is a certain miss.
+//
+// Safe. Where square > 4 E the hit is certain, and root - sqrt(q*) <= 2 E / (sqrt(4 E) + sqrt(2 E)) <= 0.59 sqrt(E).
+//
+// Depth. Of Z: the integer's error, delta_depth, and its conversion, u |Z|. Of Z - root: the square root, 4.5 u R, and the difference,
+// u (|Z| + R). So the depth of a hit is above key - slack with slack = delta_depth + u (6 |Z| + 8 R), and that of a safe one below
+// key + slack + 0.59 sqrt(E). As sqrt(E) >= sqrt(20 u) R, two slacks and that are at most doubt = 2 delta_depth + 0.61 sqrt(E) + 14 u |Z|,
+// with room for the roundings of keys compared.
 
 // What is the same for all spheres of a tile: asked for once, as a software device would do so again for each.
 struct Eye {
@@ -20,23 +26,24 @@ struct Eye {
     offset: vec3<i32>,
     // As in Frame.
     scale: f32,
-    delta: f32,
-    delta_depth: f32,
+    // E = error.x + R (error.y + R error.z)
+    error: vec3<f32>,
+    // What is in doubt of every depth: 2 delta_depth.
+    doubt: f32,
 }
 
 struct Item {
-    // x, y, lower end of the centre's depth, reach
+    // x, y, depth of the centre, reach
     shape: vec4<f32>,
-    // slack of the depth (below), bound E of q, or NEVER where no hit is certain
+    // slack of the depth, E
     bounds: vec2<f32>,
-    // Above this square, at least 2.2 E, a hit is certain. Then root - sqrt(q*) <= 2 E / (root + sqrt(root^2 - 2 E)) <= 1.54 E / root, and its
-    // depth is good to 2.02 `width`, which is at least slack + 0.77 E / root of this: of both its terms the lesser.
+    // Hits of a greater square are safe: 4 E.
     safe: f32,
-    // See guard.wgsl: at most shape.z + `width` less the root of `safe`, and not negative; 0 where no hit is certain.
+    // Of a hit that is not safe the key is not less: at most shape.z - sqrt(4 E), and not negative. See guard.wgsl.
     guard: f32,
-    // Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
-    width: f32,
-    // Not more than the depth at which the sphere begins.
+    // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
+    doubt: f32,
+    // Not more than the key of any hit.
     front: f32,
 }
 
@@ -57,38 +64,41 @@ struct Chord {
 
 fn eye_of(tile: Tile, at: u32) -> Eye {
     let offset = vec3<i32>(tile.x, tile.y, tile.z);
-    return Eye(split(frame.right), split(frame.up), split(frame.forward), offset, frame.scale, frame.delta, frame.delta_depth);
+    return Eye(
+        split(frame.right),
+        split(frame.up),
+        split(frame.forward),
+        offset,
+        frame.scale,
+        SURE * vec3<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, 20.0 * U),
+        SURE * 2.0 * frame.delta_depth,
+    );
 }
 
 fn pixels_of(eye: Eye, column: u32, rows: vec4<f32>) -> Pixels {
     return Pixels((f32(column) - 3.5) * frame.pitch_x, (vec4<f32>(3.5) - rows) * frame.pitch_y);
 }
 
-// Depth: Z* - s* > depth - root, where the slack covers the integer's error, its conversion (u |Z|), the square root (4.5 u, R)
-// and the differences (2 u |Z| + u R).
 fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let center = split(record.xyz);
     let x = f32(rotate(eye.x, center) + eye.offset.x);
     let y = f32(rotate(eye.y, center) + eye.offset.y);
-    let z = f32(rotate(eye.z, center) + eye.offset.z);
+    let any_z = f32(rotate(eye.z, center) + eye.offset.z);
     let any_radius = bitcast<f32>(record.w) * eye.scale;
     let huge = any_radius > GREATEST_RADIUS;
+    let z = select(any_z, -1e30, huge);
     let radius = select(any_radius, 0.0, huge);
-    let slack = SURE * (eye.delta_depth + U * (6.0 * abs(z) + 8.0 * radius));
-    let part = SURE * (4.1 * eye.delta + 33.0 * U * radius);
-    let error = radius * part + SURE * 5.1 * eye.delta * eye.delta;
-    let certain = (radius >= 32.0 * eye.delta) & !huge;
-    let safe = greater(radius * radius / (REACH * REACH), 2.2 * error);
-    let root = sqrt(error);
-    let width = slack + lesser(0.84 * REACH * part, 0.54 * root);
-    let guard = greater(z - slack + width - greater(radius / REACH, 1.49 * root), 0.0);
+    let error = eye.error.x + radius * (eye.error.y + radius * eye.error.z);
+    let root = above_root(error);
+    let doubt = eye.doubt + (SURE * 0.61 * root + SURE * 14.0 * U * abs(any_z));
+    let slack = 0.5 * eye.doubt + SURE * U * (6.0 * abs(any_z) + 8.0 * radius);
     return Item(
-        vec4<f32>(x, y, select(z - slack, -1e30, huge), select(radius * radius + error, 1e30, huge)),
-        vec2<f32>(select(slack, 1e30, huge), select(NEVER, error, certain)),
-        select(NEVER, safe, certain),
-        select(0.0, guard, certain),
-        select(0.0, width, certain),
-        select(z - slack - radius, -1e30, huge),
+        vec4<f32>(x, y, z, select(radius * radius + error, 1e30, huge)),
+        vec2<f32>(select(slack, 1e30, huge), error),
+        4.0 * error,
+        greater(z - (1.45 * root + doubt), 0.0),
+        doubt,
+        z - radius,
     );
 }
 
@@ -103,5 +113,5 @@ fn chord(item: Item, pixels: Pixels) -> Chord {
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(vec4<f32>(item.shape.xyz, -1e30), item.bounds, item.safe, item.guard, item.width, item.front);
+    return Item(vec4<f32>(item.shape.xyz, -1e30), item.bounds, item.safe, item.guard, item.doubt, item.front);
 }

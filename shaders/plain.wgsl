@@ -1,11 +1,19 @@
-// The filter is off: plain f32, for comparison in benchmarks only. All bounds are zero, and nothing is marked.
+// The filter is off: plain f32, for comparison in benchmarks only. All bounds are zero, and only the nearest is known.
 const U = 0.0;
 const SURE = 0.0;
 
-fn mark(range: Range, item: Item, c: Chord) -> vec4<u32> {
-    return vec4<u32>(0u);
+fn doubtful(doubt: f32, item: Item) -> f32 {
+    return 0.0;
 }
 
-fn loser(old: vec4<u32>, low: vec4<u32>, item: Item) -> vec4<u32> {
-    return max(old, low);
+fn wins(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
+    return low < best;
+}
+
+fn others(old: Nearest, low: vec4<u32>, won: vec4<bool>) -> vec4<u32> {
+    return old.rest;
+}
+
+fn judge(found: Nearest, doubt: f32) -> Nearest {
+    return found;
 }

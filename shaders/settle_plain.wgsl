@@ -4,7 +4,7 @@ fn settle(tile: Tile, column: u32, row: u32, low: u32, entry: u32) {
     finish(tile, column * 8u + row, State(bitcast<i32>(entry), bitcast<f32>(low), bitcast<f32>(low), NEVER));
 }
 
-fn settle_column(tile: Tile, column: u32, top: Nearest, bottom: Nearest, width: f32) {
+fn settle_column(tile: Tile, column: u32, top: Nearest, bottom: Nearest, doubt: f32) {
     settle(tile, column, 0u, top.low.x, top.entry.x);
     settle(tile, column, 1u, top.low.y, top.entry.y);
     settle(tile, column, 2u, top.low.z, top.entry.z);

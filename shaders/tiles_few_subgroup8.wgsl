@@ -11,7 +11,7 @@ fn draw(
     entry_one: u32,
     two: Item,
     entry_two: u32,
-    width: f32,
+    doubt: f32,
     slot: u32,
 ) {
     let high = pixels_of(eye, lane, vec4<f32>(0.0, 1.0, 2.0, 3.0));
@@ -21,7 +21,7 @@ fn draw(
     top = visit(top, range, two, entry_two, high);
     bottom = visit(bottom, range, two, entry_two, deep);
     if at < frame.tiles {
-        settle_column(Tile(0u, 0u, 0, 0, 0, slot), lane, top, bottom, width);
+        settle_column(Tile(0u, 0u, 0, 0, 0, slot), lane, judge(top, doubt), judge(bottom, doubt), doubt);
     }
 }
 
@@ -45,12 +45,13 @@ fn main(
     if lane % 2u >= tile.count {
         item = beyond(item);
     }
+    let doubt = doubtful(eye.doubt, item);
     draw(first + 0u, lane, eye0(eye), range, share0(item), subgroupBroadcast(own, 0u), share1(item), subgroupBroadcast(own, 1u),
-        max(subgroupBroadcast(item.width, 0u), subgroupBroadcast(item.width, 1u)), subgroupBroadcast(tile.slot, 0u));
+        max(subgroupBroadcast(doubt, 0u), subgroupBroadcast(doubt, 1u)), subgroupBroadcast(tile.slot, 0u));
     draw(first + 1u, lane, eye2(eye), range, share2(item), subgroupBroadcast(own, 2u), share3(item), subgroupBroadcast(own, 3u),
-        max(subgroupBroadcast(item.width, 2u), subgroupBroadcast(item.width, 3u)), subgroupBroadcast(tile.slot, 2u));
+        max(subgroupBroadcast(doubt, 2u), subgroupBroadcast(doubt, 3u)), subgroupBroadcast(tile.slot, 2u));
     draw(first + 2u, lane, eye4(eye), range, share4(item), subgroupBroadcast(own, 4u), share5(item), subgroupBroadcast(own, 5u),
-        max(subgroupBroadcast(item.width, 4u), subgroupBroadcast(item.width, 5u)), subgroupBroadcast(tile.slot, 4u));
+        max(subgroupBroadcast(doubt, 4u), subgroupBroadcast(doubt, 5u)), subgroupBroadcast(tile.slot, 4u));
     draw(first + 3u, lane, eye6(eye), range, share6(item), subgroupBroadcast(own, 6u), share7(item), subgroupBroadcast(own, 7u),
-        max(subgroupBroadcast(item.width, 6u), subgroupBroadcast(item.width, 7u)), subgroupBroadcast(tile.slot, 6u));
+        max(subgroupBroadcast(doubt, 6u), subgroupBroadcast(doubt, 7u)), subgroupBroadcast(tile.slot, 6u));
 }

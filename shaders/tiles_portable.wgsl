@@ -20,7 +20,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     var top = nothing();
     var bottom = nothing();
     // See tiles_subgroup8.wgsl.
-    var width = 0.0;
+    var doubt = eye.doubt;
     // Conditions come last, see tiles_subgroup8.wgsl; an empty list reads what is not used.
     var i = 0u;
     loop {
@@ -33,7 +33,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 item = beyond(item);
             }
             front = max(front, item.front);
-            width = greater(width, item.width);
+            doubt = doubtful(doubt, item);
             top = visit(top, range, item, entry, high);
             bottom = visit(bottom, range, item, entry, deep);
             i += 1u;
@@ -41,16 +41,15 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 break;
             }
         }
+        top = judge(top, doubt);
+        bottom = judge(bottom, doubt);
         // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
-        front -= frame.disorder;
-        if front > deepest(top, bottom) + 2.02 * width {
-            top = cut_off(top, front);
-            bottom = cut_off(bottom, front);
+        if front - frame.disorder > deepest(top, bottom) + doubt {
             break;
         }
         if i >= tile.count {
             break;
         }
     }
-    settle_column(tile, column, top, bottom, width);
+    settle_column(tile, column, top, bottom, doubt);
 }

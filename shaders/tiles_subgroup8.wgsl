@@ -42,9 +42,9 @@ fn main(
     let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
     var top = nothing();
     var bottom = nothing();
-    // What is best has a depth of no greater half width than the greatest of these, of each lane's entries: that of each alone would have to be
-    // carried along at every pixel.
-    var width = 0.0;
+    // The depth of what is best is in no greater doubt than the greatest of all entries: each one's own would have to be carried along at every
+    // pixel.
+    var doubt = eye.doubt;
     // The condition comes last: software devices go through a loop once more, with nothing to do, where it comes first.
     // An empty list has one round too, in which nothing is within reach.
     var i = 0u;
@@ -87,13 +87,12 @@ fn main(
         let entry7 = subgroupBroadcast(own, 7u);
         top = visit(top, range, item7, entry7, high);
         bottom = visit(bottom, range, item7, entry7, deep);
-        // All later entries begin beyond this; enough is known when that is beyond every pixel's best. Whose width is added does not matter
-        // here: `settle` asks for the greatest.
+        doubt = greatest(doubtful(doubt, item));
+        top = judge(top, doubt);
+        bottom = judge(bottom, doubt);
+        // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
         let front = greatest(item.front) - disorder;
-        width = greater(width, item.width);
-        if front > greatest(deepest(top, bottom) + 2.02 * width) {
-            top = cut_off(top, front);
-            bottom = cut_off(bottom, front);
+        if front > greatest(deepest(top, bottom)) + doubt {
             break;
         }
         i += 8u;
@@ -101,5 +100,5 @@ fn main(
             break;
         }
     }
-    settle_column(tile, lane, top, bottom, greatest(width));
+    settle_column(tile, lane, top, bottom, doubt);
 }

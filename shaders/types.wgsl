@@ -62,7 +62,7 @@ struct State {
     low: f32,
     // Upper bound of the depth of `id`.
     high: f32,
-    // Least lower bound of all others.
+    // Least lower bound of what other passes saw.
     rest: f32,
 }
 
@@ -78,8 +78,6 @@ const NEVER = 1e36;
 const NONE = -1;
 // The host must decide, in `ids`; as at all that is less.
 const UNDECIDED = -2;
-// Hits so near to the silhouette that half the chord is below the radius over this are left to the host.
-const REACH = 128.0;
 // Spheres above this radius (in steps) would overflow squares: every pixel of their tiles is left to the host.
 const GREATEST_RADIUS = 0x1p40;
 
@@ -91,6 +89,13 @@ fn greater(a: f32, b: f32) -> f32 {
 
 fn lesser(a: f32, b: f32) -> f32 {
     return bitcast<f32>(min(bitcast<i32>(a), bitcast<i32>(b)));
+}
+
+// At least the square root of a normal positive number, and at most 1.061 times it: half of its bits. They are those of (1 + (1 + m)) / 2 or of
+// (2 + (1 + m)) / 2 for a mantissa 1 + m, as its exponent is even or odd: arithmetic means of 1 or 2 and 1 + m, whose geometric mean is the root. One
+// is added for the bit that is dropped.
+fn above_root(x: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(x) >> 1u) + 0x1fc00001u);
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

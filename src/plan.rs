@@ -271,7 +271,12 @@ impl Eye {
         let scaled = if perspective { pitch } else { [pitch[0] / step, pitch[1] / step] };
         let delta_depth = ROTATION_ERROR + middle_error;
         let widest = scaled[0].max(scaled[1]);
-        let roundings = if perspective { LONGER + 4.0 * widest * delta_depth } else { 24.0 * ULP * widest };
+        let farthest = middle.z.abs() + depth_reach / step;
+        let roundings = if perspective {
+            LONGER + widest * (4.0 * delta_depth + 40.0 * ULP * farthest)
+        } else {
+            24.0 * ULP * widest
+        };
         let delta = ROTATION_ERROR + middle_error + roundings;
         let frame = Frame {
             right: axis(right),

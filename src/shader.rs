@@ -145,24 +145,19 @@ impl Variant {
         parts.extend(perspective.then_some(part!("fans.wgsl")));
         parts.extend(self.clipped.then_some(part!("planes.wgsl")));
         parts.push(part!("rotate.wgsl"));
+        parts.push(if self.certain { part!("certain.wgsl") } else { part!("plain.wgsl") });
         match (self.certain, self.clipped, perspective) {
-            (false, ..) => parts.push(part!("plain.wgsl")),
-            (true, false, false) => parts.extend([part!("certain.wgsl"), part!("guard.wgsl")]),
-            (true, false, true) => parts.extend([part!("certain.wgsl"), part!("doubt.wgsl"), part!("unsafe.wgsl")]),
-            (true, true, _) => parts.extend([part!("certain.wgsl"), part!("doubt.wgsl")]),
+            (false, ..) => {}
+            (true, false, false) => parts.push(part!("guard.wgsl")),
+            (true, false, true) => parts.extend([part!("safe.wgsl"), part!("safe_open.wgsl")]),
+            (true, true, _) => parts.push(part!("safe.wgsl")),
         }
         parts.push(if perspective { part!("perspective.wgsl") } else { part!("orthographic.wgsl") });
         parts.push(if self.clipped { part!("clipped.wgsl") } else { part!("open.wgsl") });
         parts.push(part!("nearest.wgsl"));
         match (self.certain, self.merged) {
-            (true, false) => parts.push(part!("settle_once.wgsl")),
-            (false, false) => parts.push(part!("settle_once_plain.wgsl")),
-            (true, true) => parts.extend([
-                part!("answer.wgsl"),
-                part!("finish_merge.wgsl"),
-                part!("settle.wgsl"),
-                part!("settle_column.wgsl"),
-            ]),
+            (_, false) => parts.push(part!("settle_once.wgsl")),
+            (true, true) => parts.extend([part!("answer.wgsl"), part!("finish_merge.wgsl"), part!("settle.wgsl")]),
             (false, true) => {
                 parts.extend([part!("answer_plain.wgsl"), part!("finish_merge.wgsl"), part!("settle_plain.wgsl")]);
             }

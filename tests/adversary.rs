@@ -107,9 +107,7 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
                 // Four in each.
                 let at = (tile.slot & !(FRESH | LAST)) as usize * TILE_PIXELS / 4;
                 let found = &machine.read(4)[at..at + TILE_PIXELS / 4];
-                // What is less means the same.
-                let pixels: Vec<i32> =
-                    found.iter().flat_map(|v| [0, 1, 2, 3].map(|k| v.int(k).max(UNDECIDED))).collect();
+                let pixels: Vec<i32> = found.iter().flat_map(|v| [0, 1, 2, 3].map(|k| v.int(k))).collect();
                 fill(&mut ids, region, band.columns, segment.tile, &pixels);
             }
         }
@@ -238,6 +236,59 @@ struct Found {
     middle: Bounded,
 }
 
+/// What several passes found of a pixel, merged. Intervals of depths may be as wide as they like: who stays is not always who may be nearest.
+#[test]
+fn passes_are_merged() {
+    let variant = Variant::all().find(|variant| variant.certain && variant.merged && !variant.clipped).unwrap();
+    let module = module(variant);
+    // The lower and upper bounds of passes, and which of them is seen.
+    let cases: [(&[[f32; 2]], i32); 8] = [
+        (&[[5.0, 6.0]], 0),
+        (&[[5.0, 6.0], [7.0, 8.0]], 0),
+        (&[[7.0, 8.0], [5.0, 6.0]], 1),
+        (&[[5.0, 6.0], [6.0, 8.0]], UNDECIDED),
+        (&[[5.0, 10.0], [3.0, 12.0]], UNDECIDED),
+        (&[[5.0, 10.0], [3.0, 12.0], [4.0, 4.5]], UNDECIDED),
+        (&[[5.0, 10.0], [3.0, 12.0], [1.0, 2.0]], 2),
+        (&[[plan::NEVER; 2], [plan::NEVER; 2]], NONE),
+    ];
+    for (passes, want) in cases {
+        let mut machine = Machine::new(module.clone(), Unfriendly::new(Habits::FRIENDLY, 0));
+        machine.bind(4, &[0; 4 * TILE_PIXELS]);
+        machine.bind(STATES, &[0; size_of::<plan::State>() * TILE_PIXELS]);
+        for (k, &[low, high]) in passes.iter().enumerate() {
+            let slot = if k == 0 { FRESH } else { 0 } | if k + 1 == passes.len() { LAST } else { 0 };
+            let tile = plan::Tile { slot, ..bytemuck::Zeroable::zeroed() };
+            machine.bind(3, bytemuck::bytes_of(&tile));
+            let tile = machine.call("tile_at", vec![Value::U32(std::iter::once(0).collect())]);
+            let id = Value::I32(std::iter::once(if low == plan::NEVER { NONE } else { k as i32 }).collect());
+            let [low, high, rest] = [low, high, plan::NEVER].map(|depth| Value::floats(&[depth]));
+            let place = Value::U32(std::iter::once(0).collect());
+            machine.perform("finish", vec![tile, place, Value::Struct([id, low, high, rest].into())]);
+        }
+        assert_eq!(machine.read(4)[0].int(0), want, "{passes:?}");
+    }
+}
+
+/// Roots by their bits, for mantissas of two exponents; of others the bits are the same but for their exponent.
+#[test]
+fn roots_are_above() {
+    let variant = Variant::all().find(|variant| variant.certain).unwrap();
+    let mut machine = Machine::new(module(variant), Unfriendly::new(Habits::FRIENDLY, 0));
+    let mut above = |x: f32| machine.call("above_root", vec![Value::floats(&[x])]).float(0);
+    let most = 1.061;
+    let mut check = |x: f32| {
+        let (square, x) = (f64::from(above(x)).powi(2), f64::from(x));
+        assert!(square >= x && square <= most * most * x, "{x}: {square}");
+    };
+    // One in 64, and where the lesser of both means is the root itself.
+    (1.0f32.to_bits()..4.0f32.to_bits()).step_by(64).map(f32::from_bits).for_each(&mut check);
+    for x in [1.0, 2.0, 3.0] {
+        (0..64).map(|k| f32::from_bits(f32::to_bits(x) + k)).for_each(&mut check);
+    }
+    [f32::MIN_POSITIVE, 1e-30, 1e30, f32::MAX].into_iter().for_each(check);
+}
+
 /// What binds the ratio.
 #[derive(Clone, Copy)]
 struct Scale {
@@ -335,11 +386,9 @@ impl<'a> Probe<'a> {
         let chord = machine.call("chord", vec![item.clone(), pixels]);
         let key = machine.call("lower", vec![range.clone(), item.clone(), chord.clone()]).uint(0);
         let safe = if self.stage.perspective {
-            machine.call("unsafe_bit", vec![range, item.clone(), chord.clone()]).uint(0) == 0
+            machine.call("safe", vec![range, item.clone(), chord.clone()]).holds(0)
         } else {
-            // What can be settled.
-            let [guard, width] = ["guard", "width"].map(|name| machine.field(&item, "Item", name).float(0));
-            f64::from(guard) > f64::from(f32::from_bits(key)) + 2.02 * f64::from(width)
+            machine.field(&item, "Item", "guard").float(0) > f32::from_bits(key)
         };
         let low = (key <= i32::MAX as u32).then(|| f64::from(f32::from_bits(key)));
         let sample = 2 * left as i32 + TILE as i32 - self.stage.view.image.width as i32;
@@ -434,26 +483,13 @@ fn number(probe: &Probe, of: &Value, kind: &str, name: &str, lane: usize) -> f64
     probe.machine.field(of, kind, name).float(lane).into()
 }
 
-/// The square against the exact one, over `E`; for spheres of which no hit is certain, that no hit is a miss.
-fn square(probe: &Probe, found: &Found, e: &Exact) -> [Option<f64>; 2] {
+/// The square against the exact one, over `E`: where there is a hit, and where there seems to be one.
+fn square(probe: &Probe, found: &Found, e: &Exact) -> Option<f64> {
     let per_step = exact(1.0 / probe.step);
-    let q = e.q * per_step * per_step;
     let square = number(probe, &found.chord, "Chord", "square", 0);
     let bound = number(probe, &found.item, "Item", "bounds", 1);
-    if bound < 1e30 {
-        // Certain hits, and what is near.
-        let near = (e.q + exact(0.1) * e.a * e.r.square()).value() > 0.0;
-        let ratio = error(square - bound, q).abs() / bound;
-        return [near.then_some(ratio), None];
-    }
-    let r = e.r.value() / probe.step;
-    let reach = match probe.stage.perspective {
-        true => e.a.value() * (number(probe, &found.item, "Item", "reach", 0) - r * r),
-        false => number(probe, &found.item, "Item", "shape", 3) - r * r,
-    };
-    // A hit: square = q + reach + error must be above 0.
-    let ratio = 1.0 - square / (q.value() + reach);
-    [None, (e.q.value() >= 0.0 && r < 1e9).then_some(ratio)]
+    let claimed = e.q.value() >= 0.0 || square >= bound;
+    claimed.then(|| error(square - bound, e.q * per_step * per_step).abs() / bound)
 }
 
 #[test]
@@ -462,10 +498,10 @@ fn squares() {
         // Spheres of some steps, where the place counts; of very many, where roundings do.
         for (name, radius) in [("square of small spheres", [-7.0, -4.0]), ("square of large spheres", [-1.0, 3.0])] {
             let scale = Scale { radius, ..Scale::USUAL };
-            measure([name], projection, 21, scale, [0.0, 1.04], |p, f, e| [square(p, f, e)[0]]);
+            measure([name], projection, 21, scale, [0.0, 1.04], |p, f, e| [square(p, f, e)]);
         }
         let scale = Scale { data: [1.0, 2.5], radius: [-0.5, 1.5], of_delta: true, ..Scale::USUAL };
-        measure(["square of vague spheres"], projection, 22, scale, [0.0, 1.0], |p, f, e| [square(p, f, e)[1]]);
+        measure(["square of vague spheres"], projection, 22, scale, [0.0, 1.0], |p, f, e| [square(p, f, e)]);
     }
 }
 
@@ -488,18 +524,18 @@ fn places() {
     }
 }
 
-/// Depths: the slack, the width of what is safe, and where a sphere begins.
+/// Depths: the slack, the doubt of what is safe, and where a sphere begins.
 #[test]
 fn depths() {
     for projection in BOTH {
         for (size, radius) in [("small", [-6.0, -3.0]), ("large", [-1.0, 3.0])] {
             let scale = Scale { radius, ..Scale::USUAL };
-            let names = ["slack", "width", "front"].map(|name| format!("{name} of {size} spheres"));
+            let names = ["slack", "doubt", "front"].map(|name| format!("{name} of {size} spheres"));
             let names = [&names[0], &names[1], &names[2]].map(String::as_str);
             measure(names, projection, 24, scale, [0.0, 1.0], |p, f, e| {
                 let per_step = exact(1.0 / p.step);
                 let slack = number(p, &f.item, "Item", "bounds", 0);
-                let width = number(p, &f.item, "Item", "width", 0);
+                let doubt = number(p, &f.item, "Item", "doubt", 0);
                 let front = number(p, &f.item, "Item", "front", 0);
                 let square = number(p, &f.chord, "Chord", "square", 0);
                 // Depths times a.
@@ -509,15 +545,14 @@ fn depths() {
                 // Clamped at the eye's plane of depths.
                 let clamped = low == 0.0;
                 let same_root = depth(exact(p.step) * exact(square).sqrt());
-                let off = (exact(low + slack) * e.a - same_root).value().abs() / a;
+                let off = (exact(low) * e.a - same_root).value().abs() / a;
                 let above = (depth(e.q.sqrt()) - exact(low) * e.a).value() / a;
-                assert!(!f.safe || clamped || above >= 0.0, "a lower bound above the depth by {}", -above);
+                assert!(!f.safe || clamped || above >= -slack, "a lower bound above the depth by {}", -above - slack);
                 let begins = (e.z - e.r) * per_step - f.base;
-                let front_off = slack - (begins - exact(front)).value();
                 [
                     (!clamped).then_some(off / slack),
-                    (f.safe && !clamped).then_some(above / (2.02 * width)),
-                    Some(front_off.abs() / slack),
+                    (f.safe && !clamped).then_some((above + slack) / doubt),
+                    Some((begins - exact(front)).value().abs() / slack),
                 ]
             });
         }

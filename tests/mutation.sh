@@ -183,31 +183,38 @@ more 'f64 of the host, bound / 8' $f 'let error = power(-53) * ulps' 'let error 
 
 for rays in orthographic perspective; do
     f=shaders/$rays.wgsl
-    more "GPU, $rays: E / 8" $f 'let part = SURE *' 'let part = 0.125 * SURE *' '' --test adversary squares
-    more "GPU, $rays: slack / 8" $f 'let slack = SURE *' 'let slack = 0.125 * SURE *' '' --test adversary depths
-    more "GPU, $rays: width / 8" $f 'let width = slack + lesser(' 'let width = 0.125 * slack + 0.125 * lesser(' '' --test adversary depths
-    more "GPU, $rays: spheres begin at the middle" $f 'select(z - slack - radius,' 'select(z,' '' --test adversary depths
-    more "GPU, $rays: all hits certain" $f 'let certain = (radius >= 32.0' 'let certain = (radius >= 0.0 * 32.0' '' --test adversary squares
+    more "GPU, $rays: E / 8" $f 'let error = eye.error.x + ' 'let error = 0.125 * eye.error.x + 0.125 * ' '' --test adversary squares
+    more "GPU, $rays: slack / 8" $f 'let slack = 0.5 * eye.doubt + SURE * U *' 'let slack = 0.0625 * eye.doubt + 0.125 * SURE * U *' '' --test adversary depths
+    more "GPU, $rays: spheres begin at the middle" $f '        z - radius,' '        z,' '' --test adversary depths
 done
 f=shaders/orthographic.wgsl
-fault 'GPU, orthographic: E without the place' $f '(4.1 * eye.delta + 33.0 * U * radius)' '(33.0 * U * radius)' '' --test adversary squares
-more 'GPU, orthographic: E without roundings' $f '(4.1 * eye.delta + 33.0 * U * radius)' '(4.1 * eye.delta)' '' --test adversary squares
-more 'GPU, orthographic: E without the place squared' $f '+ SURE * 5.1 * eye.delta * eye.delta' '' '' --test adversary squares
+fault 'GPU, orthographic: E without the place' $f '2.9 * frame.delta, 20.0 * U' '0.0 * frame.delta, 20.0 * U' '' --test adversary squares
+more 'GPU, orthographic: E without roundings' $f '2.9 * frame.delta, 20.0 * U' '2.9 * frame.delta, 0.0 * U' '' --test adversary squares
+more 'GPU, orthographic: E without the place squared' $f '2.2 * frame.delta * frame.delta' '0.0 * frame.delta' '' --test adversary squares
+more 'GPU, orthographic: doubt / 8' $f 'let doubt = eye.doubt + (SURE' 'let doubt = 0.125 * eye.doubt + 0.125 * (SURE' '' --test adversary depths
+more 'GPU, orthographic: doubt without what hits are late' $f 'SURE * 0.61 * root' 'SURE * 0.0 * root' '' --test adversary depths
+more 'GPU, orthographic: a guard at the centre' $f 'greater(z - (1.45 * root + doubt), 0.0)' 'greater(z, 0.0)' '' --test adversary settled
 f=shaders/perspective.wgsl
-more 'GPU, perspective: E without the place' $f '(3.7 * delta + 63.0 * U * radius)' '(63.0 * U * radius)' '' --test adversary squares
-more 'GPU, perspective: E without roundings' $f '(3.7 * delta + 63.0 * U * radius)' '(3.7 * delta)' '' --test adversary squares
-more 'GPU, perspective: E without the place squared' $f '+ SURE * 4.4 * k * k * delta * delta' '' '' --test adversary squares
+more 'GPU, perspective: E without the place' $f '2.9 * delta, 50.0' '0.0 * delta, 50.0' '' --test adversary squares
+more 'GPU, perspective: E without roundings' $f '50.0 * U * k' '0.0 * U * k' '' --test adversary squares
+more 'GPU, perspective: E without the place squared' $f '2.2 * delta * delta' '0.0 * delta' '' --test adversary squares
+more 'GPU, perspective: doubt / 8' $f 'eye.doubt + (SURE' '0.125 * eye.doubt + 0.125 * (SURE' '' --test adversary depths
+more 'GPU, perspective: doubt without what hits are late' $f 'SURE * 0.61 * above_root' 'SURE * 0.0 * above_root' '' --test adversary depths
+more 'GPU: roots by half of their bits, one too few' shaders/types.wgsl '0x1fc00001u' '0x1fc00000u' '' --test adversary roots
 more 'GPU, short lists: the first entry alone' shaders/tiles_few_subgroup8.wgsl 'if lane % 2u >= tile.count {' 'if lane % 2u >= 1u {' '' --test exactness gpu_skipping::every_pixel
 more 'GPU, short lists: lists of three' src/plan.rs 'count <= limits.few' 'count <= limits.few + u32::from(limits.few > 0)' '' --test exactness gpu_skipping::every_pixel
-more 'GPU, half widths of tiles: the last item alone' shaders/tiles_portable.wgsl 'width = greater(width, item.width);' 'width = item.width * 0.001;' '' --test adversary settled
-more 'GPU: the best is always right' shaders/settle_once.wgsl 'found.rest > high' 'found.rest > vec4<u32>(0u)' '' --test adversary settled
-more 'GPU: unsafe bests are kept' shaders/doubt.wgsl 'return unsafe_bit(range, item, c);' 'return vec4<u32>(0u);' '' --test adversary settled
-more 'GPU: bests behind the guard are kept' shaders/guard.wgsl 'max(min(old, vec4<u32>(bitcast<u32>(item.guard))), low)' 'max(old, low)' '' --test adversary settled
-more 'GPU: a guard at the centre' shaders/orthographic.wgsl 'greater(z - slack + width - greater(radius / REACH, 1.49 * root), 0.0)' 'greater(z - slack + width, 0.0)' '' --test adversary settled
+more 'GPU, doubt of tiles: the last item alone' shaders/tiles_portable.wgsl 'doubt = doubtful(doubt, item);' 'doubt = item.doubt * 0.001;' '' --test adversary settled
+more 'GPU: the best is always right' shaders/certain.wgsl 'found.rest > high' 'found.rest > vec4<u32>(0u)' '' --test adversary settled
+more 'GPU: what was undecided is forgotten' shaders/certain.wgsl 'select(undecided, found.entry, found.rest > high)' 'found.entry' '' --test adversary settled
+more 'GPU: unsafe bests are kept' shaders/safe.wgsl 'safe(range, item, c) & (low < best)' 'low < best' '' --test adversary settled
+more 'GPU: bests behind the guard are kept' shaders/guard.wgsl 'low < min(best, vec4<u32>(bitcast<u32>(item.guard)))' 'low < best' '' --test adversary settled
+more 'GPU: what lost is not among the others' shaders/certain.wgsl 'select(min(old.rest, low), old.low, won)' 'select(old.rest, old.low, won)' '' --test adversary settled
+more 'GPU: the best before is not among the others' shaders/certain.wgsl 'select(min(old.rest, low), old.low, won)' 'min(old.rest, select(low, vec4<u32>(~0u), won))' '' --test adversary settled
+more 'GPU: keys of unsafe hits are not kept' shaders/nearest.wgsl 'min(old.low, low),' 'select(old.low, low, won),' '' --test adversary settled
 more 'GPU: the best of several passes is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled
-more 'GPU: unsafe bests of several passes are kept' shaders/settle.wgsl 'named >= AGAIN || none' 'none' '' --test adversary settled
 more 'GPU: the best of two passes is the farther' shaders/finish_merge.wgsl 'found.high < old.high ||' 'found.high > old.high ||' '' --test adversary settled
-more 'GPU: the other of two passes is forgotten' shaders/finish_merge.wgsl 'min(min(old.rest, found.rest), select(found.low, old.low, better))' 'min(old.rest, found.rest)' '' --test adversary settled
+more 'GPU: the rest of earlier passes is forgotten' shaders/finish_merge.wgsl 'min(old.rest, select(found.low, old.low, better))' 'select(min(old.rest, found.low), old.low, better)' '' --test adversary merged
+more 'GPU: the other of two passes is forgotten' shaders/finish_merge.wgsl 'min(old.rest, select(found.low, old.low, better))' 'old.rest' '' --test adversary settled
 
 echo
 echo "$found faults found"

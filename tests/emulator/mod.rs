@@ -109,10 +109,11 @@ impl Value {
         }
     }
 
-    fn truth(&self) -> bool {
+    /// Lane `k` of truths.
+    pub fn holds(&self, k: usize) -> bool {
         match self {
-            Self::Bool(v) => v[0],
-            other => panic!("{other:?} is no truth"),
+            Self::Bool(v) => v[k],
+            other => panic!("{other:?} has no truths"),
         }
     }
 
@@ -233,10 +234,15 @@ impl Machine {
         self.bound.insert(binding, values);
     }
 
-    /// Runs a function.
+    /// Runs a function that returns something.
     pub fn call(&mut self, name: &str, arguments: Vec<Value>) -> Value {
+        self.perform(name, arguments).expect("it returns something")
+    }
+
+    /// Runs a function for what it does.
+    pub fn perform(&mut self, name: &str, arguments: Vec<Value>) -> Option<Value> {
         let handle = self.names[name];
-        self.run(handle, arguments).expect("it returns something")
+        self.run(handle, arguments)
     }
 
     /// A field of a struct that a function returned, by the name of its type and its own.
@@ -307,7 +313,7 @@ impl Machine {
                     other => return other,
                 },
                 Statement::If { condition, accept, reject } => {
-                    let branch = if self.value(frame, *condition).truth() { accept } else { reject };
+                    let branch = if self.value(frame, *condition).holds(0) { accept } else { reject };
                     match self.block(frame, branch) {
                         Flow::Next => {}
                         other => return other,
@@ -324,7 +330,7 @@ impl Machine {
                         _ => panic!("a jump out of a continuing block"),
                     }
                     if let Some(condition) = break_if
-                        && self.value(frame, *condition).truth()
+                        && self.value(frame, *condition).holds(0)
                     {
                         break;
                     }

@@ -1,6 +1,0 @@
-// From the running answer to the answers of a column, with the filter off, where one pass sees the whole list.
-fn settle_column(tile: Tile, column: u32, top: Nearest, bottom: Nearest, width: f32) {
-    let place = (tile.slot & SLOT) * 16u + column * 2u;
-    ids[place] = bitcast<vec4<i32>>(top.entry);
-    ids[place + 1u] = bitcast<vec4<i32>>(bottom.entry);
-}
