@@ -30,12 +30,12 @@ fn depth_of(key: u32) -> f32 {
 fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> Nearest {
     let c = chord(item, pixels);
     let low = lower(range, item, c);
-    let won = wins(range, item, c, low, old.low);
+    let lost = loses(range, item, c, low, old.low);
     return Nearest(
         min(old.low, low),
-        others(old, low, won),
+        others(old, low, lost),
         // Where the best did not win, it does not matter which is named.
-        select(old.entry, vec4<u32>(entry), won),
+        select(vec4<u32>(entry), old.entry, lost),
     );
 }
 

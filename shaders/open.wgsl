@@ -1,11 +1,13 @@
 // Depth of a hit where no sphere of the tile meets a clip plane: the near root.
 
 struct Range {
-    none: u32,
+    // 0, as a number that compilers do not know.
+    zero: u32,
 }
 
 fn range_of(at: u32) -> Range {
-    return Range(0u);
+    // There are fewer tiles than 2^31.
+    return Range(at >> 31u);
 }
 
 // The key of a lower bound of the hit's depth; MISS for a certain miss, which the sign of the square tells.

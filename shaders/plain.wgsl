@@ -6,11 +6,11 @@ fn doubtful(doubt: f32, item: Item) -> f32 {
     return 0.0;
 }
 
-fn wins(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
-    return low < best;
+fn loses(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
+    return low >= best;
 }
 
-fn others(old: Nearest, low: vec4<u32>, won: vec4<bool>) -> vec4<u32> {
+fn others(old: Nearest, low: vec4<u32>, lost: vec4<bool>) -> vec4<u32> {
     return old.rest;
 }
 

@@ -1,4 +1,9 @@
-// The nearest wins if its hit is safe.
-fn wins(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
-    return safe(range, item, c) & (low < best);
+// Rays are perspective, and no plane cuts: the nearest wins if its hit is safe.
+fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
+    return c.square > vec4<f32>(item.safe);
+}
+
+// Two conditions, of which a compiler that sees through the zero makes two masks for each pixel: more than it has registers for.
+fn loses(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
+    return low >= select(vec4<u32>(range.zero), best, safe(range, item, c));
 }

@@ -149,8 +149,8 @@ impl Variant {
         match (self.certain, self.clipped, perspective) {
             (false, ..) => {}
             (true, false, false) => parts.push(part!("guard.wgsl")),
-            (true, false, true) => parts.extend([part!("safe.wgsl"), part!("safe_open.wgsl")]),
-            (true, true, _) => parts.push(part!("safe.wgsl")),
+            (true, false, true) => parts.push(part!("safe.wgsl")),
+            (true, true, _) => parts.push(part!("safe_clipped.wgsl")),
         }
         parts.push(if perspective { part!("perspective.wgsl") } else { part!("orthographic.wgsl") });
         parts.push(if self.clipped { part!("clipped.wgsl") } else { part!("open.wgsl") });

@@ -206,11 +206,12 @@ more 'GPU, short lists: lists of three' src/plan.rs 'count <= limits.few' 'count
 more 'GPU, doubt of tiles: the last item alone' shaders/tiles_portable.wgsl 'doubt = doubtful(doubt, item);' 'doubt = item.doubt * 0.001;' '' --test adversary settled
 more 'GPU: the best is always right' shaders/certain.wgsl 'found.rest > high' 'found.rest > vec4<u32>(0u)' '' --test adversary settled
 more 'GPU: what was undecided is forgotten' shaders/certain.wgsl 'select(undecided, found.entry, found.rest > high)' 'found.entry' '' --test adversary settled
-more 'GPU: unsafe bests are kept' shaders/safe.wgsl 'safe(range, item, c) & (low < best)' 'low < best' '' --test adversary settled
-more 'GPU: bests behind the guard are kept' shaders/guard.wgsl 'low < min(best, vec4<u32>(bitcast<u32>(item.guard)))' 'low < best' '' --test adversary settled
-more 'GPU: what lost is not among the others' shaders/certain.wgsl 'select(min(old.rest, low), old.low, won)' 'select(old.rest, old.low, won)' '' --test adversary settled
-more 'GPU: the best before is not among the others' shaders/certain.wgsl 'select(min(old.rest, low), old.low, won)' 'min(old.rest, select(low, vec4<u32>(~0u), won))' '' --test adversary settled
-more 'GPU: keys of unsafe hits are not kept' shaders/nearest.wgsl 'min(old.low, low),' 'select(old.low, low, won),' '' --test adversary settled
+more 'GPU: unsafe bests are kept' shaders/safe.wgsl 'low >= select(vec4<u32>(range.zero), best, safe(range, item, c))' 'low >= best' '' --test adversary settled
+more 'GPU: unsafe bests are kept where planes cut' shaders/safe_clipped.wgsl '!safe(range, item, c) | (low >= best)' 'low >= best' '' --test adversary settled
+more 'GPU: bests behind the guard are kept' shaders/guard.wgsl 'low >= min(best, vec4<u32>(bitcast<u32>(item.guard)))' 'low >= best' '' --test adversary settled
+more 'GPU: what lost is not among the others' shaders/certain.wgsl 'select(old.low, min(old.rest, low), lost)' 'select(old.low, old.rest, lost)' '' --test adversary settled
+more 'GPU: the best before is not among the others' shaders/certain.wgsl 'select(old.low, min(old.rest, low), lost)' 'min(old.rest, select(vec4<u32>(~0u), low, lost))' '' --test adversary settled
+more 'GPU: keys of unsafe hits are not kept' shaders/nearest.wgsl 'min(old.low, low),' 'select(low, old.low, lost),' '' --test adversary settled
 more 'GPU: the best of several passes is always right' shaders/answer.wgsl 'state.rest > state.high' 'state.rest >= 0.0' '' --test adversary settled
 more 'GPU: the best of two passes is the farther' shaders/finish_merge.wgsl 'found.high < old.high ||' 'found.high > old.high ||' '' --test adversary settled
 more 'GPU: the rest of earlier passes is forgotten' shaders/finish_merge.wgsl 'min(old.rest, select(found.low, old.low, better))' 'select(min(old.rest, found.low), old.low, better)' '' --test adversary merged

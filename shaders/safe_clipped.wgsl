@@ -1,0 +1,4 @@
+// Planes may cut: the nearest wins if its hit is safe.
+fn loses(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
+    return !safe(range, item, c) | (low >= best);
+}
