@@ -20,8 +20,12 @@ fn others(old: Nearest, low: vec4<u32>, lost: vec4<bool>) -> vec4<u32> {
 //
 // The best has an upper bound only where its hit is safe. That settles all but a few pixels in ten thousand; to fetch the best's record again for
 // a closer look would cost more, at every pixel, than to decide those on the host.
-fn judge(found: Nearest, doubt: f32) -> Nearest {
+fn judge_half(found: Nearest, doubt: f32) -> Nearest {
     let high = bitcast<vec4<u32>>(bitcast<vec4<f32>>(found.low) + vec4<f32>(doubt));
     let undecided = bitcast<vec4<u32>>(vec4<i32>(UNDECIDED));
     return Nearest(found.low, vec4<u32>(~0u), select(undecided, found.entry, found.rest > high));
+}
+
+fn judge(found: Column, doubt: f32) -> Column {
+    return Column(judge_half(found.top, doubt), judge_half(found.bottom, doubt));
 }

@@ -14,21 +14,27 @@ struct Nearest {
     entry: vec4<u32>,
 }
 
-fn nothing() -> Nearest {
-    return Nearest(vec4<u32>(NOTHING), vec4<u32>(~0u), bitcast<vec4<u32>>(vec4<i32>(NONE)));
+// Of a column of eight pixels: rows 0 to 3, and rows 7 to 4, which mirror them.
+struct Column {
+    top: Nearest,
+    bottom: Nearest,
 }
 
-// The key of a lower bound. What may lie before 0 gets 0, and nothing is settled against that: every upper bound is at least 0.
+fn nothing() -> Column {
+    let none = Nearest(vec4<u32>(NOTHING), vec4<u32>(~0u), bitcast<vec4<u32>>(vec4<i32>(NONE)));
+    return Column(none, none);
+}
+
+// The key of a lower bound. What may lie before 0 gets the least normal number, and nothing is settled against that: every upper bound is more.
 fn key(depth: vec4<f32>) -> vec4<u32> {
-    return bitcast<vec4<u32>>(max(bitcast<vec4<i32>>(depth), vec4<i32>(0)));
+    return bitcast<vec4<u32>>(max(bitcast<vec4<i32>>(depth), vec4<i32>(0x00800000)));
 }
 
 fn depth_of(key: u32) -> f32 {
     return select(bitcast<f32>(key), NEVER, key >= MISS);
 }
 
-fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> Nearest {
-    let c = chord(item, pixels);
+fn see(old: Nearest, range: Range, item: Item, entry: u32, c: Chord) -> Nearest {
     let low = lower(range, item, c);
     let lost = loses(range, item, c, low, old.low);
     return Nearest(
@@ -39,8 +45,16 @@ fn visit(old: Nearest, range: Range, item: Item, entry: u32, pixels: Pixels) -> 
     );
 }
 
-// The greatest depth of a column's bests; NEVER where nothing is seen.
-fn deepest(top: Nearest, bottom: Nearest) -> f32 {
-    let low = max(top.low, bottom.low);
-    return bitcast<f32>(max(max(low.x, low.y), max(low.z, low.w)));
+fn visit(old: Column, ranges: Ranges, item: Item, entry: u32, pixels: Pixels) -> Column {
+    let c = chords(item, pixels);
+    return Column(see(old.top, ranges.top, item, entry, c.top), see(old.bottom, ranges.bottom, item, entry, c.bottom));
+}
+
+// The greatest depth of a column's bests; as NEVER where nothing is seen.
+fn deepest(found: Column, pixels: Pixels) -> f32 {
+    let top = bitcast<vec4<i32>>(depths(pixels.top, bitcast<vec4<f32>>(found.top.low)));
+    let bottom = bitcast<vec4<i32>>(depths(pixels.bottom, bitcast<vec4<f32>>(found.bottom.low)));
+    // As integers, see `greater`; a depth below 0 is not the greatest.
+    let both = max(top, bottom);
+    return bitcast<f32>(max(max(both.x, both.y), max(both.z, both.w)));
 }

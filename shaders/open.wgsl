@@ -5,12 +5,17 @@ struct Range {
     zero: u32,
 }
 
-fn range_of(at: u32) -> Range {
+struct Ranges {
+    top: Range,
+    bottom: Range,
+}
+
+fn ranges_of(at: u32, pixels: Pixels) -> Ranges {
     // There are fewer tiles than 2^31.
-    return Range(at >> 31u);
+    return Ranges(Range(at >> 31u), Range(at >> 31u));
 }
 
 // The key of a lower bound of the hit's depth; MISS for a certain miss, which the sign of the square tells.
 fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
-    return key(c.near) | (bitcast<vec4<u32>>(c.square) & vec4<u32>(MISS));
+    return bitcast<vec4<u32>>(c.near) | (bitcast<vec4<u32>>(c.square) & vec4<u32>(MISS));
 }

@@ -47,19 +47,29 @@ struct Item {
     front: f32,
 }
 
-// A column of four pixels: offsets from the tile's middle.
-struct Pixels {
-    x: f32,
+// Offsets of four pixels of a column from the tile's middle.
+struct Rays {
     y: vec4<f32>,
 }
 
-// The ray in the sphere. Not more than `square` is q, `root` its square root, `half` the half chord as depth, about `depth`; it begins at `near`.
+// A column of eight pixels: rows 0 to 3, and rows 7 to 4, which mirror them.
+struct Pixels {
+    x: f32,
+    top: Rays,
+    bottom: Rays,
+}
+
+// The rays in the sphere. Not more than `square` is q, `root` its square root, on both sides of depth `middle`; a hit's key is that of `near`.
 struct Chord {
     square: vec4<f32>,
     root: vec4<f32>,
-    half: vec4<f32>,
-    depth: vec4<f32>,
+    middle: vec4<f32>,
     near: vec4<f32>,
+}
+
+struct Chords {
+    top: Chord,
+    bottom: Chord,
 }
 
 fn eye_of(tile: Tile, at: u32) -> Eye {
@@ -75,8 +85,22 @@ fn eye_of(tile: Tile, at: u32) -> Eye {
     );
 }
 
-fn pixels_of(eye: Eye, column: u32, rows: vec4<f32>) -> Pixels {
-    return Pixels((f32(column) - 3.5) * frame.pitch_x, (vec4<f32>(3.5) - rows) * frame.pitch_y);
+fn pixels_of(eye: Eye, column: u32) -> Pixels {
+    let y = vec4<f32>(3.5, 2.5, 1.5, 0.5) * frame.pitch_y;
+    return Pixels((f32(column) - 3.5) * frame.pitch_x, Rays(y), Rays(-y));
+}
+
+// Depths of keys are depths.
+fn depths(rays: Rays, found: vec4<f32>) -> vec4<f32> {
+    return found;
+}
+
+fn along_rays(rays: Rays, depth: f32) -> vec4<f32> {
+    return vec4<f32>(depth);
+}
+
+fn plane_error(rays: Rays, depth: f32) -> vec4<f32> {
+    return vec4<f32>(0.0);
 }
 
 fn prepare(eye: Eye, record: vec4<i32>) -> Item {
@@ -102,13 +126,17 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     );
 }
 
-fn chord(item: Item, pixels: Pixels) -> Chord {
-    let dx = pixels.x - item.shape.x;
-    let dy = pixels.y - item.shape.y;
-    let square = (item.shape.w - dx * dx) - dy * dy;
+fn chord(item: Item, x: f32, rays: Rays) -> Chord {
+    let dy = rays.y - item.shape.y;
+    let square = vec4<f32>(item.shape.w - x * x) - dy * dy;
     let root = sqrt(bitcast<vec4<f32>>(max(bitcast<vec4<i32>>(square), vec4<i32>(0))));
     let z = vec4<f32>(item.shape.z);
-    return Chord(square, root, root, z, z - root);
+    return Chord(square, root, z, bitcast<vec4<f32>>(key(z - root)));
+}
+
+fn chords(item: Item, pixels: Pixels) -> Chords {
+    let x = pixels.x - item.shape.x;
+    return Chords(chord(item, x, pixels.top), chord(item, x, pixels.bottom));
 }
 
 // An item that no ray hits.

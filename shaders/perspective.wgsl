@@ -1,27 +1,44 @@
 // Perspective rays: spheres about a tile, and the chord of a pixel's ray in a sphere.
 //
-// The ray of a pixel is t (sx, sy, 1), t the depth. With n = Z sx - X and m = Y - Z sy the square of the centre's distance from it, times
-// a = 1 + sx^2 + sy^2, is d^2 = m^2 + n^2 + (n sy + m sx)^2, and the roots are
-//     t = Z + (m sy - n sx -+ sqrt(D)) / a,     D = a R^2 - d^2.
-// n0, m0 of the tile's middle come from integers, as in orthographic.wgsl; then n = n0 + Z (sx - sx0), m = m0 - Z (sy - sy0).
-// In steps; u = 2^-23; k = `spread` >= sqrt a in the tile; P = sqrt a R <= k R.
+// The ray of a pixel is t d with d = (sx, sy, 1), t the depth; d0 is that of the tile's middle and d = d0 + (dx, dy, 0). With a = d . d a sphere
+// about C = (X, Y, Z) has the roots
+//     t = (C . d -+ sqrt(D)) / a,     D = a R^2 - W . W,     W = d x C = (m, n, n sy + m sx) but for signs, n = Z sx - X, m = Y - Z sy.
+// W is linear in dx and dy, as its products cancel: W = W0 + dx (0, Z, Y) + dy (-Z, 0, -X). So D is a polynomial of second degree in dx and dy,
+// of which prepare makes the coefficients, once for a sphere and tile; C . d is linear.
 //
-// Place. Z (from the camera) is good to delta_depth + 4 u |Z|, and the roundings of the offset and the sums are 40 u pitch |Z|: plan.rs adds
-// both to delta, for the farthest sphere. So the error of n, m is at most delta + 4 u |n|.
-// sx is good to 2 u k, so n sy + m sx has an error of at most k (2 delta + 15.2 u |(n, m)|), and as a vector of length d the error is
-// eps <= k (1.42 delta + 13 u |(n, m)|).
+// Keys are not depths t but t a - (apart) (d0 . d) + lift, for `apart` the depth of the tile's middle, from which depths in the tile are counted:
+// for a pixel that grows as t does, and with c = C - apart d0 a hit has the key (lift + c . d) - sqrt(D), without a division and in numbers as small
+// as depths in the tile. In such depths the key is (t - apart) a + shift, shift = apart (d - d0) . d + lift, and lift is so large that shift >= 0.
 //
-// Square. If d or d* is at most P: |d2 - d2*| <= 2 P eps + eps^2 <= 2.85 k P delta + 26.1 u k P^2 + 2.1 k^2 delta^2, roundings (a: 11 u, R^2 and
-// its reach, products, sums) 23 u P^2. As P^2 = a R^2 and a >= 1, that is at most a e for e = 2.9 k R delta + 50 u k R^2 + 2.2 k^2 delta^2: with
-// square = a (R^2 + e) - d2, D* lies in [square - 2 a e, square] if D* >= 0 or square >= a e. So square < 0 is a certain miss. k <= 8: the host
-// sees to it.
+// A hit's key must be above 0. It is above front - slack - 3 sqrt(E) for front = z - R; of a sphere that meets a ray of the tile |C| <= k (|Z| + 2 R) and
+// |W| <= k R + 2 h |C|, so that slack + 3 sqrt(E), with sqrt(R delta) shared out, is at most 1024 k delta + k^2 (R (1 / 32 + h / 8) + |Z| h / 24), `room`.
+// Of spheres that begin before that nothing is known but that every pixel may see them; depths in the tile are counted from so far before the first
+// hit (plan.rs, `margin`) that few do.
 //
-// Safe. Where square > 4 E for E = k^2 e >= a e the hit is certain, and (root - sqrt(D*)) / a <= 2 e / (sqrt(4 a e) + sqrt(2 a e)) <= 0.59 sqrt(e).
+// In steps; u = 2^-23; k = `spread` >= |d| in the tile, s the length of (sx, sy), h = `half` at least the greater half of a tile on the screen; n, m, W of
+// the tile's middle from here on.
 //
-// Depth. (m sy - n sx) / a is at most 1.2 R and, as (|sx| + |sy|) / a <= 0.71, good to 0.71 delta + (9.2 k + 21) u R; the half chord to 22 u R; the
-// sums to u |Z| + 4.5 u R, the conversion to u |Z|. So the depth of a hit is above key - slack with slack = delta_depth + 0.71 delta +
-// u (6 |Z| + 60 k R), and that of a safe one below key + slack + 0.59 sqrt(e). As sqrt(e) >= sqrt(50 u k) R, two slacks and that are at most
-// doubt = 2 delta_depth + 1.42 delta + 0.61 sqrt(e) + 14 u |Z|, with room for the roundings of keys compared.
+// Place. n, m come from integers as in orthographic.wgsl and are converted; Z (from the camera) is good to delta_depth + 2.5 u |Z|, dx and dy to
+// 1.5 u of themselves. plan.rs adds to delta what that is at a pixel: so n and m there are good to delta + u |(n, m)|, as a vector 1.42 times that,
+// and sx, sy to 1.5 u s. So W is good to k (1.42 delta + u |W|) + 1.5 u s |W of the pixel|, and where that W is at most k R, as D or the exact one is
+// positive, D is good to 2.84 k^2 R delta + 2.1 k^2 delta^2 + u k^2 (R^2 (3 + 3 s + 3 s^2) + |W|^2 / 2), with R good to u R / 2 and a to 3 u s^2.
+//
+// Square. Coefficients and their sum, in any order. The roundings are u R^2 (10 k^2 + 48 h k) in terms of R^2; in those of |W|^2, where a product has
+// w = n sy + m sx for a factor, |w| <= s |(n, m)|: u |W|^2 (8.5 + 4 s^2 + 4 h s + 12 h^2 + 2 h); in those of h |W| |C|, 20 + 32 s, and of h^2 |C|^2,
+// 16 + 12 s^2 + 2 h, as X and Y are at most s |Z| + |(n, m)|. The third is shared out between its neighbours, 0.3 of it and 0.84. In all
+//     E = 2.2 k^2 delta^2 + 2.9 k^2 R delta + u R^2 (k^2 (13 + 3 s + 3 s^2) + 48 h k) + u (p |W|^2 + q h^2 |C|^2),
+//     p = 15 + 9.6 s + 4.5 s^2 + 4 h s + 12 h^2 + 2 h,     q = 33 + 27 s + 12 s^2 + 2 h
+// is the bound of D's error; with square = D + E the exact one lies in [square - 2 E, square]. So square < 0 is a certain miss. k <= 8: the host sees
+// to it.
+//
+// Safe. Where square > 4 E the hit is certain, and root - sqrt(D*) <= 2 E / (sqrt(4 E) + sqrt(2 E)) <= 0.59 sqrt(E).
+//
+// Depth. c . d: of z (in the tile) k^2 (delta_depth + u |z|); of n, m 1.42 s delta and u s |(n, m)|; of sx, sy 3 u k s |z| + 1.5 u s |(n, m)|; roundings
+// u (|z| (8 k^2 + 10 h s) + |(n, m)| (6 s + 10 h) + 3 lift). The square root, 4.5 u k R, and the difference, another u of all. So a hit's true key is above
+// key - slack with slack = k^2 delta_depth + 1.42 s delta + u (|z| (13 k^2 + 12 h k) + (|n| + |m|) (10 s + 12 h) + 4 lift + 5.5 k R), and that of a safe
+// one below key + slack + 0.59 sqrt(E). As E >= 13 u k^2 R^2 + (15 + 9.6 s) u |W|^2, what two slacks have of R, n and m is below 0.03 sqrt(E), and two slacks and
+// that are at most doubt = 2 k^2 delta_depth + 2.84 s delta + 0.62 sqrt(E) + u (|z| (30 k^2 + 24 h k) + 20 lift), with room for the roundings of keys
+// compared and of shift, 8 u lift.
 
 // What is the same for all spheres of a tile: asked for once, as a software device would do so again for each.
 struct Eye {
@@ -34,54 +51,83 @@ struct Eye {
     scale: f32,
     base: i32,
     base_far: f32,
-    // At least the length of the direction of any ray of the tile.
+    // |d0|^2
+    a: f32,
+    // At least |d| of any ray of the tile.
     spread: f32,
-    // e = error.x + R (error.y + R error.z)
+    // Depth of the tile's middle from the camera.
+    apart: f32,
+    lift: f32,
+    half: f32,
+    // E = error.x + R (error.y + R error.z) + weight.x |W|^2 + weight.y h^2 |C|^2
     error: vec3<f32>,
-    // What is in doubt of every depth: 2 delta_depth + 1.42 delta.
+    weight: vec2<f32>,
+    // What is in doubt of every depth, and besides of each |z|.
     doubt: f32,
+    doubt_of_depth: f32,
+    // Keys of hits are above 0 where spheres begin behind room.x + R room.y + |Z| room.z.
+    room: vec3<f32>,
 }
 
 struct Item {
-    // n0, m0, depth of the centre, depth from the camera
-    shape: vec4<f32>,
-    // R^2 + e
-    reach: f32,
+    // D + E without terms of odd order in dy: coefficients of 1, dx, dx^2 and dy^2; and the others, of dy and dx dy.
+    even: vec4<f32>,
+    odd: vec2<f32>,
+    // lift + c . d: coefficients of 1, dx, dy
+    along: vec3<f32>,
     // slack of the depth, E
     bounds: vec2<f32>,
     // Hits of a greater square are safe: 4 E.
     safe: f32,
     // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
     doubt: f32,
-    // Not more than the key of any hit.
+    // Not more than the depth of any hit.
     front: f32,
 }
 
-// A column of four pixels: offsets from the tile's middle, places on the screen, a and its inverse.
-struct Pixels {
-    dx: f32,
-    dy: vec4<f32>,
-    x: f32,
-    y: vec4<f32>,
+// Four rays of a column. Depths of keys less `shift`, times `inverse`, are depths, rounded up.
+struct Rays {
     a: vec4<f32>,
+    shift: vec4<f32>,
     inverse: vec4<f32>,
+    lift: f32,
 }
 
-// The ray in the sphere. Not more than `square` is D, `root` its square root, `half` the half chord as depth, about `depth`; it begins at `near`.
+// A column of eight pixels: rows 0 to 3, and rows 7 to 4, which mirror them. Offsets from the tile's middle and their squares.
+struct Pixels {
+    dx: f32,
+    dx2: f32,
+    dy: vec4<f32>,
+    dy2: vec4<f32>,
+    top: Rays,
+    bottom: Rays,
+}
+
+// The rays in the sphere. Not more than `square` is D, `root` its square root, on both sides of `middle`; a hit's key is that of `near`.
 struct Chord {
     square: vec4<f32>,
     root: vec4<f32>,
-    half: vec4<f32>,
-    depth: vec4<f32>,
+    middle: vec4<f32>,
     near: vec4<f32>,
+}
+
+struct Chords {
+    top: Chord,
+    bottom: Chord,
 }
 
 fn eye_of(tile: Tile, at: u32) -> Eye {
     let fan = fans[at];
-    // As far as a tile's rays run to the sides; the roundings are within the factor.
-    let far = abs(vec2<f32>(fan.sx, fan.sy)) + 3.6 * vec2<f32>(frame.pitch_x, frame.pitch_y);
-    let k = 1.001 * sqrt(1.0 + far.x * far.x + far.y * far.y);
+    let pitch = vec2<f32>(frame.pitch_x, frame.pitch_y);
+    // As far as a tile's rays run to the sides; the roundings are within the factors.
+    let far = abs(vec2<f32>(fan.sx, fan.sy)) + 3.6 * pitch;
+    let h = 3.6 * max(pitch.x, pitch.y);
+    let s2 = 1.001 * (far.x * far.x + far.y * far.y);
+    let s = sqrt(s2) * 1.001;
+    let k = sqrt(1.0 + s2) * 1.001;
     let delta = k * frame.delta;
+    let apart = f32(frame.base - tile.z) + frame.base_far;
+    let lift = 1.01 * abs(apart) * (3.6 * (far.x * pitch.x + far.y * pitch.y));
     return Eye(
         split(fan.n),
         split(fan.m),
@@ -91,57 +137,121 @@ fn eye_of(tile: Tile, at: u32) -> Eye {
         frame.scale,
         frame.base,
         frame.base_far,
+        (1.0 + fan.sx * fan.sx) + fan.sy * fan.sy,
         k,
-        SURE * vec3<f32>(2.2 * delta * delta, 2.9 * delta, 50.0 * U * k),
-        SURE * (2.0 * frame.delta_depth + 1.42 * frame.delta),
+        apart,
+        lift,
+        h,
+        SURE * vec3<f32>(2.2 * delta * delta, 2.9 * k * delta, U * k * (k * (13.0 + 3.0 * s + 3.0 * s2) + 48.0 * h)),
+        SURE * U * vec2<f32>(
+            15.0 + 9.6 * s + 4.5 * s2 + h * (4.0 * s + 12.0 * h + 2.0),
+            33.0 + 27.0 * s + 12.0 * s2 + 2.0 * h,
+        ),
+        SURE * (2.0 * k * k * frame.delta_depth + 2.84 * delta + 20.0 * U * lift),
+        SURE * U * k * (30.0 * k + 24.0 * h),
+        k * vec3<f32>(1024.0 * frame.delta, k * (1.0 / 32.0 + h / 8.0), k * h / 24.0),
     );
 }
 
-fn pixels_of(eye: Eye, column: u32, rows: vec4<f32>) -> Pixels {
-    let dx = (f32(column) - 3.5) * frame.pitch_x;
-    let dy = (vec4<f32>(3.5) - rows) * frame.pitch_y;
+fn rays_of(eye: Eye, dx: f32, dy: vec4<f32>) -> Rays {
     let x = eye.center.x + dx;
     let y = vec4<f32>(eye.center.y) + dy;
-    let a = (1.0 + x * x) + y * y;
-    return Pixels(dx, dy, x, y, a, 1.0 / a);
+    let a = vec4<f32>(1.0 + x * x) + y * y;
+    return Rays(a, vec4<f32>(eye.lift) + eye.apart * (vec4<f32>(dx * x) + dy * y), 1.00001 / a, eye.lift);
+}
+
+fn pixels_of(eye: Eye, column: u32) -> Pixels {
+    let dx = (f32(column) - 3.5) * frame.pitch_x;
+    let dy = vec4<f32>(3.5, 2.5, 1.5, 0.5) * frame.pitch_y;
+    return Pixels(dx, dx * dx, dy, dy * dy, rays_of(eye, dx, dy), rays_of(eye, dx, -dy));
+}
+
+// Depths of depths of keys, rounded up.
+fn depths(rays: Rays, found: vec4<f32>) -> vec4<f32> {
+    return (found - rays.shift) * rays.inverse;
+}
+
+// Where a depth in the tile lies along the rays, as the depth of a key.
+fn along_rays(rays: Rays, depth: f32) -> vec4<f32> {
+    return rays.shift + depth * rays.a;
+}
+
+// Bound on its error: of a 11 u and two roundings, of shift 8 u lift and two of at most twice that.
+fn plane_error(rays: Rays, depth: f32) -> vec4<f32> {
+    return SURE * U * (16.0 * abs(depth) * rays.a + vec4<f32>(14.0 * rays.lift));
+}
+
+// A sphere's place: n, m of the tile's middle, depth in the tile, depth from the camera.
+fn place_of(eye: Eye, center: vec3<i32>) -> vec4<f32> {
+    let parts = split(center);
+    let along = rotate(eye.z, parts);
+    return vec4<f32>(
+        f32(rotate(eye.x, parts) + eye.offset.x),
+        f32(rotate(eye.y, parts) + eye.offset.y),
+        f32(along + eye.offset.z),
+        f32(along + eye.base) + eye.base_far,
+    );
 }
 
 fn prepare(eye: Eye, record: vec4<i32>) -> Item {
-    let center = split(record.xyz);
-    let n = f32(rotate(eye.x, center) + eye.offset.x);
-    let m = f32(rotate(eye.y, center) + eye.offset.y);
-    let along = rotate(eye.z, center);
-    let any_z = f32(along + eye.offset.z);
-    let distance = f32(along + eye.base) + eye.base_far;
+    let place = place_of(eye, record.xyz);
+    let n = place.x;
+    let m = place.y;
+    let z = place.z;
+    let depth = place.w;
     let any_radius = bitcast<f32>(record.w) * eye.scale;
     let huge = any_radius > GREATEST_RADIUS;
-    let z = select(any_z, -1e30, huge);
     let radius = select(any_radius, 0.0, huge);
-    let error = eye.error.x + radius * (eye.error.y + radius * eye.error.z);
-    let slack = 0.5 * eye.doubt + SURE * U * (6.0 * abs(any_z) + 60.0 * eye.spread * radius);
-    let most = eye.spread * eye.spread * error;
+    let sx = eye.center.x;
+    let sy = eye.center.y;
+    let x = depth * sx - n;
+    let y = depth * sy + m;
+    let w = n * sy + m * sx;
+    let away = (m * m + n * n) + w * w;
+    let steep = depth * depth + y * y;
+    let wide = eye.half * eye.half * (steep + x * x);
+    let square = radius * radius;
+    // |W|^2 is known late, and the rest of E not later: software devices wait for the square as little as they can.
+    let round = eye.error.x + radius * (eye.error.y + radius * eye.error.z);
+    let error = round + (eye.weight.x * away + eye.weight.y * wide);
+    let root = above_root(error);
+    let doubt = eye.doubt + (SURE * 0.62 * root + eye.doubt_of_depth * abs(z));
+    let slack = 0.5 * (eye.doubt + eye.doubt_of_depth * abs(z))
+        + SURE * U * ((10.0 * eye.spread + 12.0 * eye.half) * (abs(n) + abs(m)) + 5.5 * eye.spread * radius);
+    let vague = huge | too_near(z - radius, (eye.room.x + radius * eye.room.y) + abs(depth) * eye.room.z);
+    let even = vec4<f32>(
+        (square * eye.a + (round + eye.weight.y * wide)) - away * (1.0 - eye.weight.x),
+        2.0 * (square * sx - (n * depth + w * y)),
+        square - steep,
+        square - (depth * depth + x * x),
+    );
+    let odd = 2.0 * vec2<f32>(square * sy + (m * depth + w * x), x * y);
+    let along = vec3<f32>(eye.lift + (z * eye.a + (m * sy - n * sx)), z * sx - n, z * sy + m);
     return Item(
-        vec4<f32>(n, m, z, distance),
-        select(radius * radius + error, 1e30, huge),
-        vec2<f32>(select(slack, 1e30, huge), most),
-        4.0 * most,
-        eye.doubt + (SURE * 0.61 * above_root(error) + SURE * 14.0 * U * abs(any_z)),
-        z - radius,
+        select(even, vec4<f32>(1.0, 0.0, 0.0, 0.0), vague),
+        select(odd, vec2<f32>(0.0), vague),
+        select(along, vec3<f32>(2.0, 0.0, 0.0), vague),
+        vec2<f32>(select(slack, 1e30, huge), error),
+        4.0 * error,
+        doubt,
+        select(z - radius, -1e30, huge),
     );
 }
 
-fn chord(item: Item, pixels: Pixels) -> Chord {
-    let n = item.shape.x + item.shape.w * pixels.dx;
-    let m = item.shape.y - item.shape.w * pixels.dy;
-    let across = n * pixels.y + m * pixels.x;
-    let square = item.reach * pixels.a - ((m * m + n * n) + across * across);
+fn chord(square: vec4<f32>, middle: vec4<f32>) -> Chord {
     let root = sqrt(bitcast<vec4<f32>>(max(bitcast<vec4<i32>>(square), vec4<i32>(0))));
-    let along = m * pixels.y - n * pixels.x;
-    let z = vec4<f32>(item.shape.z);
-    return Chord(square, root, root * pixels.inverse, z + along * pixels.inverse, z + (along - root) * pixels.inverse);
+    return Chord(square, root, middle, middle - root);
+}
+
+fn chords(item: Item, pixels: Pixels) -> Chords {
+    let even = vec4<f32>(item.even.x + (item.even.y * pixels.dx + item.even.z * pixels.dx2)) + item.even.w * pixels.dy2;
+    let odd = (item.odd.x + item.odd.y * pixels.dx) * pixels.dy;
+    let middle = vec4<f32>(item.along.x + item.along.y * pixels.dx);
+    let tilt = item.along.z * pixels.dy;
+    return Chords(chord(even + odd, middle + tilt), chord(even - odd, middle - tilt));
 }
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(item.shape, -1e30, item.bounds, item.safe, item.doubt, item.front);
+    return Item(vec4<f32>(-1e30, 0.0, 0.0, 0.0), vec2<f32>(0.0), item.along, item.bounds, item.safe, item.doubt, item.front);
 }

@@ -7,13 +7,18 @@ fn doubtful(doubt: f32, item: Item) -> f32 {
 }
 
 fn loses(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
-    return low >= best;
+    return low > best;
 }
 
 fn others(old: Nearest, low: vec4<u32>, lost: vec4<bool>) -> vec4<u32> {
     return old.rest;
 }
 
-fn judge(found: Nearest, doubt: f32) -> Nearest {
+fn judge(found: Column, doubt: f32) -> Column {
     return found;
+}
+
+// Keys are looked at one by one, or not at all.
+fn too_near(front: f32, room: f32) -> bool {
+    return false;
 }

@@ -6,7 +6,6 @@ fn draw(
     at: u32,
     lane: u32,
     eye: Eye,
-    range: Range,
     one: Item,
     entry_one: u32,
     two: Item,
@@ -14,14 +13,12 @@ fn draw(
     doubt: f32,
     slot: u32,
 ) {
-    let high = pixels_of(eye, lane, vec4<f32>(0.0, 1.0, 2.0, 3.0));
-    let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
-    var top = visit(nothing(), range, one, entry_one, high);
-    var bottom = visit(nothing(), range, one, entry_one, deep);
-    top = visit(top, range, two, entry_two, high);
-    bottom = visit(bottom, range, two, entry_two, deep);
+    let pixels = pixels_of(eye, lane);
+    let ranges = ranges_of(at, pixels);
+    var found = visit(nothing(), ranges, one, entry_one, pixels);
+    found = visit(found, ranges, two, entry_two, pixels);
     if at < frame.tiles {
-        settle_column(Tile(0u, 0u, 0, 0, 0, slot), lane, judge(top, doubt), judge(bottom, doubt), doubt);
+        settle_column(Tile(0u, 0u, 0, 0, 0, slot), lane, judge(found, doubt), doubt);
     }
 }
 
@@ -39,19 +36,18 @@ fn main(
     let at = min(first + lane / 2u, frame.tiles - 1u);
     let tile = tiles[at];
     let eye = eye_of(tile, at);
-    let range = range_of(at);
     let own = entries[tile.start + min(lane % 2u, max(tile.count, 1u) - 1u)];
     var item = prepare(eye, records[own - frame.first]);
     if lane % 2u >= tile.count {
         item = beyond(item);
     }
     let doubt = doubtful(eye.doubt, item);
-    draw(first + 0u, lane, eye0(eye), range, share0(item), subgroupBroadcast(own, 0u), share1(item), subgroupBroadcast(own, 1u),
+    draw(first + 0u, lane, eye0(eye), share0(item), subgroupBroadcast(own, 0u), share1(item), subgroupBroadcast(own, 1u),
         max(subgroupBroadcast(doubt, 0u), subgroupBroadcast(doubt, 1u)), subgroupBroadcast(tile.slot, 0u));
-    draw(first + 1u, lane, eye2(eye), range, share2(item), subgroupBroadcast(own, 2u), share3(item), subgroupBroadcast(own, 3u),
+    draw(first + 1u, lane, eye2(eye), share2(item), subgroupBroadcast(own, 2u), share3(item), subgroupBroadcast(own, 3u),
         max(subgroupBroadcast(doubt, 2u), subgroupBroadcast(doubt, 3u)), subgroupBroadcast(tile.slot, 2u));
-    draw(first + 2u, lane, eye4(eye), range, share4(item), subgroupBroadcast(own, 4u), share5(item), subgroupBroadcast(own, 5u),
+    draw(first + 2u, lane, eye4(eye), share4(item), subgroupBroadcast(own, 4u), share5(item), subgroupBroadcast(own, 5u),
         max(subgroupBroadcast(doubt, 4u), subgroupBroadcast(doubt, 5u)), subgroupBroadcast(tile.slot, 4u));
-    draw(first + 3u, lane, eye6(eye), range, share6(item), subgroupBroadcast(own, 6u), share7(item), subgroupBroadcast(own, 7u),
+    draw(first + 3u, lane, eye6(eye), share6(item), subgroupBroadcast(own, 6u), share7(item), subgroupBroadcast(own, 7u),
         max(subgroupBroadcast(doubt, 6u), subgroupBroadcast(doubt, 7u)), subgroupBroadcast(tile.slot, 6u));
 }

@@ -14,11 +14,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let column = local % 8u;
     let tile = tile_at(at);
     let eye = eye_of(tile, at);
-    let range = range_of(at);
-    let high = pixels_of(eye, column, vec4<f32>(0.0, 1.0, 2.0, 3.0));
-    let deep = pixels_of(eye, column, vec4<f32>(4.0, 5.0, 6.0, 7.0));
-    var top = nothing();
-    var bottom = nothing();
+    let pixels = pixels_of(eye, column);
+    let ranges = ranges_of(at, pixels);
+    var found = nothing();
     // See tiles_subgroup8.wgsl.
     var doubt = eye.doubt;
     // Conditions come last, see tiles_subgroup8.wgsl; an empty list reads what is not used.
@@ -34,22 +32,20 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             }
             front = max(front, item.front);
             doubt = doubtful(doubt, item);
-            top = visit(top, range, item, entry, high);
-            bottom = visit(bottom, range, item, entry, deep);
+            found = visit(found, ranges, item, entry, pixels);
             i += 1u;
             if i >= end {
                 break;
             }
         }
-        top = judge(top, doubt);
-        bottom = judge(bottom, doubt);
+        found = judge(found, doubt);
         // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
-        if front - frame.disorder > deepest(top, bottom) + doubt {
+        if (front - frame.disorder) - doubt > deepest(found, pixels) {
             break;
         }
         if i >= tile.count {
             break;
         }
     }
-    settle_column(tile, column, top, bottom, doubt);
+    settle_column(tile, column, found, doubt);
 }

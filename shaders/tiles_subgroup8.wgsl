@@ -37,11 +37,9 @@ fn main(
     let eye = eye_of(tile, at);
     let first = frame.first;
     let disorder = frame.disorder;
-    let range = range_of(at);
-    let high = pixels_of(eye, lane, vec4<f32>(0.0, 1.0, 2.0, 3.0));
-    let deep = pixels_of(eye, lane, vec4<f32>(4.0, 5.0, 6.0, 7.0));
-    var top = nothing();
-    var bottom = nothing();
+    let pixels = pixels_of(eye, lane);
+    let ranges = ranges_of(at, pixels);
+    var found = nothing();
     // The depth of what is best is in no greater doubt than the greatest of all entries: each one's own would have to be carried along at every
     // pixel.
     var doubt = eye.doubt;
@@ -55,44 +53,35 @@ fn main(
         if i + lane >= tile.count {
             item = beyond(item);
         }
+        // First, as nothing else waits for it: all later entries begin beyond this; enough is known when that is beyond every pixel's best.
+        doubt = greatest(doubtful(doubt, item));
+        let front = (greatest(item.front) - disorder) - doubt;
         let item0 = share0(item);
         let entry0 = subgroupBroadcast(own, 0u);
-        top = visit(top, range, item0, entry0, high);
-        bottom = visit(bottom, range, item0, entry0, deep);
+        found = visit(found, ranges, item0, entry0, pixels);
         let item1 = share1(item);
         let entry1 = subgroupBroadcast(own, 1u);
-        top = visit(top, range, item1, entry1, high);
-        bottom = visit(bottom, range, item1, entry1, deep);
+        found = visit(found, ranges, item1, entry1, pixels);
         let item2 = share2(item);
         let entry2 = subgroupBroadcast(own, 2u);
-        top = visit(top, range, item2, entry2, high);
-        bottom = visit(bottom, range, item2, entry2, deep);
+        found = visit(found, ranges, item2, entry2, pixels);
         let item3 = share3(item);
         let entry3 = subgroupBroadcast(own, 3u);
-        top = visit(top, range, item3, entry3, high);
-        bottom = visit(bottom, range, item3, entry3, deep);
+        found = visit(found, ranges, item3, entry3, pixels);
         let item4 = share4(item);
         let entry4 = subgroupBroadcast(own, 4u);
-        top = visit(top, range, item4, entry4, high);
-        bottom = visit(bottom, range, item4, entry4, deep);
+        found = visit(found, ranges, item4, entry4, pixels);
         let item5 = share5(item);
         let entry5 = subgroupBroadcast(own, 5u);
-        top = visit(top, range, item5, entry5, high);
-        bottom = visit(bottom, range, item5, entry5, deep);
+        found = visit(found, ranges, item5, entry5, pixels);
         let item6 = share6(item);
         let entry6 = subgroupBroadcast(own, 6u);
-        top = visit(top, range, item6, entry6, high);
-        bottom = visit(bottom, range, item6, entry6, deep);
+        found = visit(found, ranges, item6, entry6, pixels);
         let item7 = share7(item);
         let entry7 = subgroupBroadcast(own, 7u);
-        top = visit(top, range, item7, entry7, high);
-        bottom = visit(bottom, range, item7, entry7, deep);
-        doubt = greatest(doubtful(doubt, item));
-        top = judge(top, doubt);
-        bottom = judge(bottom, doubt);
-        // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
-        let front = greatest(item.front) - disorder;
-        if front > greatest(deepest(top, bottom)) + doubt {
+        found = visit(found, ranges, item7, entry7, pixels);
+        found = judge(found, doubt);
+        if front > greatest(deepest(found, pixels)) {
             break;
         }
         i += 8u;
@@ -100,5 +89,5 @@ fn main(
             break;
         }
     }
-    settle_column(tile, lane, top, bottom, doubt);
+    settle_column(tile, lane, found, doubt);
 }

@@ -182,6 +182,8 @@ pub struct Eye {
     near: f64,
     far: f64,
     step: f64,
+    /// How much before the first hit depths in a tile start, in steps.
+    margin: f64,
     /// Whether a sphere can meet near, and far.
     crossed: [bool; 2],
     /// No hit of any sphere is nearer, in world units.
@@ -273,11 +275,17 @@ impl Eye {
         let widest = scaled[0].max(scaled[1]);
         let farthest = middle.z.abs() + depth_reach / step;
         let roundings = if perspective {
-            LONGER + widest * (4.0 * delta_depth + 40.0 * ULP * farthest)
+            LONGER + widest * (4.0 * delta_depth + 15.0 * ULP * farthest)
         } else {
             24.0 * ULP * widest
         };
         let delta = ROTATION_ERROR + middle_error + roundings;
+        // Perspective keys are not held above 0 one by one: depths in a tile start so far before the first hit that no sphere is `vague`, see
+        // shaders/perspective.wgsl for its `room`. Too little would cost time, not pixels.
+        let half_tile = 3.6 * widest;
+        let radius = bounds.max_radius / step;
+        let room = 1100.0 * delta + spread * ((1.0 / 31.0 + half_tile / 7.0) * radius + half_tile / 23.0 * farthest);
+        let margin = if perspective { spread * room } else { 0.0 };
         let frame = Frame {
             right: axis(right),
             pitch_x: scaled[0] as f32,
@@ -300,7 +308,7 @@ impl Eye {
             && scaled.iter().all(|&p| p > power(-60) && p < power(40))
             && middle.is_finite()
             && middle.abs().max_element() < power(60)
-            && (!perspective || (spread <= 8.0 && coarse / step < power(30)));
+            && (!perspective || (spread <= 8.0 && coarse / step < power(30) && spread * farthest < power(60)));
         sane.then_some(Self {
             frame,
             projection: camera.projection,
@@ -315,6 +323,7 @@ impl Eye {
             near: camera.near,
             far: camera.far,
             step,
+            margin,
             crossed,
             least: (center - depth_reach - slop).max(camera.near),
         })
@@ -358,7 +367,7 @@ impl Eye {
         };
         // Depths are relative to where the first hit can be, for the sake of f32; what is nearer counts as lying there.
         let first = if all { nearest.max(self.least) } else { self.least };
-        let z = m.z - first / self.step;
+        let z = m.z - first / self.step + self.margin;
         let z = z.clamp(-OFFSET_LIMIT, OFFSET_LIMIT).round_ties_even();
         let plane = |depth: f64| {
             if depth.is_infinite() {

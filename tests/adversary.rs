@@ -221,19 +221,28 @@ struct Probe<'a> {
     step: f64,
     /// Depth of the middle of the data, exactly, in steps.
     middle: Bounded,
+    clipped: bool,
 }
 
 /// What the shader finds for a sphere at a pixel, in steps.
 struct Found {
     item: Value,
     chord: Value,
-    /// Lower bound of the depth; none for a certain miss.
+    /// Of the vectors in `chord`.
+    lane: usize,
+    /// Place of the centre along the tile's first axis, or `n`.
+    place: f64,
+    /// Lower bound of the depth, as that of a key; none for a certain miss.
     low: Option<f64>,
+    /// What the shader takes for that as a depth.
+    low_depth: f64,
+    /// Keys are so much greater than they would be of themselves; perspective only.
+    lift: f64,
     safe: bool,
     /// What depths are less than those from the camera.
     base: Bounded,
-    /// Axis and middle of the tile: `x` and `n`.
-    middle: Bounded,
+    /// The tile's middle: on the screen at distance 1 if perspective, else in world units.
+    middle: [Bounded; 2],
 }
 
 /// What several passes found of a pixel, merged. Intervals of depths may be as wide as they like: who stays is not always who may be nearest.
@@ -300,10 +309,13 @@ struct Scale {
     radius: [f64; 2],
     /// Radii against `delta` instead.
     of_delta: bool,
+    /// By the kernel of tiles that planes cut, for the sake of spheres about the camera.
+    clipped: bool,
 }
 
 impl Scale {
-    const USUAL: Self = Self { data: [-1.0, 1.0], distance: [0.3, 2.0], radius: [-3.0, -1.0], of_delta: false };
+    const USUAL: Self =
+        Self { data: [-1.0, 1.0], distance: [0.3, 2.0], radius: [-3.0, -1.0], of_delta: false, clipped: false };
 }
 
 impl<'a> Probe<'a> {
@@ -337,7 +349,7 @@ impl<'a> Probe<'a> {
         let f = [0, 1, 2].map(|k| Bounded::difference(fixed.middle[k], camera.origin[k]));
         let along = f[0] * stage.axes[2][0] + f[1] * stage.axes[2][1] + f[2] * stage.axes[2][2];
         let middle = along * exact(1.0 / step);
-        Some(Self { stage, machine, fixed, eye, bounds, step, middle })
+        Some(Self { stage, machine, fixed, eye, bounds, step, middle, clipped: scale.clipped })
     }
 
     /// A sphere among the data, so near to a pixel's ray; none if there is none.
@@ -367,35 +379,56 @@ impl<'a> Probe<'a> {
         let (left, top) = (input.column / TILE * TILE, input.row / TILE * TILE);
         let nearest = self.stage.exact(input).z.value() - 2.0 * input.radius;
         let (class, place) = self.eye.place(left, top, nearest, true);
-        if class == Class::Host {
+        if class == Class::Host || (self.stage.perspective && class == Class::Clipped && !self.clipped) {
             return None;
         }
+        let offset = place.tile.z;
         let record = self.fixed.record(input.center, input.radius);
         let machine = &mut self.machine;
         machine.bind(0, bytemuck::bytes_of(&self.eye.frame));
         machine.bind(3, bytemuck::bytes_of(&place.tile));
         machine.bind(FANS, bytemuck::bytes_of(&place.fan));
+        machine.bind(PLANES, bytemuck::bytes_of(&place.planes));
         let at = || Value::U32(std::iter::once(0).collect());
         let tile = machine.call("tile_at", vec![at()]);
-        let (eye, range) = (machine.call("eye_of", vec![tile, at()]), machine.call("range_of", vec![at()]));
+        let eye = machine.call("eye_of", vec![tile, at()]);
         let record = Value::I32(record.into_iter().collect());
+        let perspective = self.stage.perspective;
+        let (place, lift) = if perspective {
+            let center = Value::I32(self.fixed.record(input.center, input.radius)[..3].iter().copied().collect());
+            let lift = machine.field(&eye, "Eye", "lift").float(0);
+            (machine.call("place_of", vec![eye.clone(), center]).float(0), lift)
+        } else {
+            (f32::NAN, 0.0)
+        };
         let item = machine.call("prepare", vec![eye.clone(), record]);
         let column = Value::U32(std::iter::once(input.column - left).collect());
-        let rows = Value::floats(&[(input.row - top) as f32; 4]);
-        let pixels = machine.call("pixels_of", vec![eye, column, rows]);
-        let chord = machine.call("chord", vec![item.clone(), pixels]);
-        let key = machine.call("lower", vec![range.clone(), item.clone(), chord.clone()]).uint(0);
-        let safe = if self.stage.perspective {
-            machine.call("safe", vec![range, item.clone(), chord.clone()]).holds(0)
+        let pixels = machine.call("pixels_of", vec![eye, column]);
+        let row = (input.row - top) as usize;
+        // The lower rows mirror the upper ones.
+        let (half, lane) = if row < 4 { ("top", row) } else { ("bottom", 7 - row) };
+        let ranges = machine.call("ranges_of", vec![at(), pixels.clone()]);
+        let range = machine.field(&ranges, "Ranges", half);
+        let rays = machine.field(&pixels, "Pixels", half);
+        let chords = machine.call("chords", vec![item.clone(), pixels]);
+        let chord = machine.field(&chords, "Chords", half);
+        let key = machine.call("lower", vec![range.clone(), item.clone(), chord.clone()]).uint(lane);
+        let safe = if perspective {
+            machine.call("safe", vec![range, item.clone(), chord.clone()]).holds(lane)
         } else {
             machine.field(&item, "Item", "guard").float(0) > f32::from_bits(key)
         };
         let low = (key <= i32::MAX as u32).then(|| f64::from(f32::from_bits(key)));
-        let sample = 2 * left as i32 + TILE as i32 - self.stage.view.image.width as i32;
-        let pitch = self.stage.view.pitch_x;
-        let middle = Bounded::ratio(sample.into(), pitch.length, 2.0 * f64::from(pitch.divisor));
-        let base = self.middle - exact(place.tile.z.into());
-        Some(Found { item, chord, low, safe, base, middle })
+        let low_depth = machine.call("depths", vec![rays, Value::floats(&[f32::from_bits(key); 4])]).float(lane).into();
+        let place = if perspective { place } else { machine.field(&item, "Item", "shape").float(0) }.into();
+        let View { image, pitch_x, pitch_y, .. } = self.stage.view;
+        let middle = [
+            (2 * left as i32 + TILE as i32 - image.width as i32, pitch_x),
+            (image.height as i32 - 2 * top as i32 - TILE as i32, pitch_y),
+        ]
+        .map(|(odd, pitch)| Bounded::ratio(odd.into(), pitch.length, 2.0 * f64::from(pitch.divisor)));
+        let base = self.middle - exact(offset.into());
+        Some(Found { item, chord, lane, place, low, low_depth, lift: lift.into(), safe, base, middle })
     }
 }
 
@@ -408,7 +441,8 @@ fn measure<const N: usize>(
     apart: [f64; 2],
     ratios: impl Fn(&Probe, &Found, &Exact) -> [Option<f64>; N],
 ) {
-    let variant = Variant { projection, clipped: false, merged: false, certain: true, lanes: Lanes::Alone, few: false };
+    let clipped = scale.clipped;
+    let variant = Variant { projection, clipped, merged: false, certain: true, lanes: Lanes::Alone, few: false };
     let module = module(variant);
     let mut random = Random::new(seed);
     let mut worst = [0.0f64; N];
@@ -486,7 +520,7 @@ fn number(probe: &Probe, of: &Value, kind: &str, name: &str, lane: usize) -> f64
 /// The square against the exact one, over `E`: where there is a hit, and where there seems to be one.
 fn square(probe: &Probe, found: &Found, e: &Exact) -> Option<f64> {
     let per_step = exact(1.0 / probe.step);
-    let square = number(probe, &found.chord, "Chord", "square", 0);
+    let square = number(probe, &found.chord, "Chord", "square", found.lane);
     let bound = number(probe, &found.item, "Item", "bounds", 1);
     let claimed = e.q.value() >= 0.0 || square >= bound;
     claimed.then(|| error(square - bound, e.q * per_step * per_step).abs() / bound)
@@ -495,12 +529,17 @@ fn square(probe: &Probe, found: &Found, e: &Exact) -> Option<f64> {
 #[test]
 fn squares() {
     for projection in BOTH {
-        // Spheres of some steps, where the place counts; of very many, where roundings do.
-        for (name, radius) in [("square of small spheres", [-7.0, -4.0]), ("square of large spheres", [-1.0, 3.0])] {
-            let scale = Scale { radius, ..Scale::USUAL };
+        // Spheres of some steps, where the place counts; of about a tile, and of very many, where roundings do.
+        let sizes = [
+            ("square of small spheres", [-7.0, -4.0]),
+            ("square of spheres of pixels", [-2.5, -1.0]),
+            ("square of large spheres", [-1.0, 3.0]),
+        ];
+        for (name, radius) in sizes {
+            let scale = Scale { radius, clipped: true, ..Scale::USUAL };
             measure([name], projection, 21, scale, [0.0, 1.04], |p, f, e| [square(p, f, e)]);
         }
-        let scale = Scale { data: [1.0, 2.5], radius: [-0.5, 1.5], of_delta: true, ..Scale::USUAL };
+        let scale = Scale { data: [1.0, 2.5], radius: [-0.5, 1.5], of_delta: true, clipped: true, ..Scale::USUAL };
         measure(["square of vague spheres"], projection, 22, scale, [0.0, 1.0], |p, f, e| [square(p, f, e)]);
     }
 }
@@ -514,10 +553,9 @@ fn places() {
             let scale = Scale { distance, ..Scale::USUAL };
             measure([name], projection, 23, scale, [0.0, 1.0], |p, f, e| {
                 let per_step = exact(1.0 / p.step);
-                let place = number(p, &f.item, "Item", "shape", 0);
-                let truth = if p.stage.perspective { e.z * f.middle - e.x } else { e.x - f.middle } * per_step;
+                let truth = if p.stage.perspective { e.z * f.middle[0] - e.x } else { e.x - f.middle[0] } * per_step;
                 // The conversion to f32 is not part of it.
-                let off = error(place, truth).abs() - place.abs() * f64::from(f32::EPSILON);
+                let off = error(f.place, truth).abs() - f.place.abs() * f64::from(f32::EPSILON);
                 [Some(off / f64::from(p.eye.frame.delta))]
             });
         }
@@ -537,22 +575,33 @@ fn depths() {
                 let slack = number(p, &f.item, "Item", "bounds", 0);
                 let doubt = number(p, &f.item, "Item", "doubt", 0);
                 let front = number(p, &f.item, "Item", "front", 0);
-                let square = number(p, &f.chord, "Chord", "square", 0);
-                // Depths times a.
-                let depth = |root: Bounded| (e.b - root) * per_step - f.base * e.a;
+                let square = number(p, &f.chord, "Chord", "square", f.lane);
+                let near = number(p, &f.chord, "Chord", "near", f.lane);
+                assert!(square < 0.0 || near > 0.0, "a key that is not above 0: {near}");
                 let (Some(low), true) = (f.low, square > 0.0) else { return [None; 3] };
-                let a = e.a.value();
+                // As keys have them: perspective depths times a, less what is the same for all spheres at a pixel.
+                let perspective = p.stage.perspective;
+                let common = if perspective {
+                    f.base * (exact(1.0) + f.middle[0] * e.sx + f.middle[1] * e.sy) - exact(f.lift)
+                } else {
+                    f.base
+                };
+                let depth = |root: Bounded| (e.b - root) * per_step - common;
                 // Clamped at the eye's plane of depths.
-                let clamped = low == 0.0;
-                let same_root = depth(exact(p.step) * exact(square).sqrt());
-                let off = (exact(low) * e.a - same_root).value().abs() / a;
-                let above = (depth(e.q.sqrt()) - exact(low) * e.a).value() / a;
+                let clamped = !perspective && low < 1e-30;
+                let off = (exact(low) - depth(exact(p.step) * exact(square).sqrt())).value().abs();
+                let above = (depth(e.q.sqrt()) - exact(low)).value();
                 assert!(!f.safe || clamped || above >= -slack, "a lower bound above the depth by {}", -above - slack);
+                let below = ((exact(low) + common) - (exact(f.low_depth) + f.base) * e.a).value();
+                assert!(clamped || below <= 20.0 * f64::from(f32::EPSILON) * f.lift, "a key's depth {below} too small");
                 let begins = (e.z - e.r) * per_step - f.base;
+                // A depth; perspective slack is of keys.
+                let rounding = 2.0 * f64::from(f32::EPSILON) * (front.abs() + 2.0 * e.r.value() / p.step);
+                let start = if perspective { f64::from(p.eye.frame.delta_depth) + rounding } else { slack };
                 [
                     (!clamped).then_some(off / slack),
                     (f.safe && !clamped).then_some((above + slack) / doubt),
-                    Some((begins - exact(front)).value().abs() / slack),
+                    Some((begins - exact(front)).value().abs() / start),
                 ]
             });
         }
