@@ -15,6 +15,11 @@ fn ranges_of(at: u32, pixels: Pixels) -> Ranges {
     return Ranges(Range(at >> 31u), Range(at >> 31u));
 }
 
+// A number as it is, but not before another is known. What is needed last of all software devices put off to the end of a round, where all wait for it.
+fn after(x: f32, other: f32, ranges: Ranges) -> f32 {
+    return bitcast<f32>(bitcast<u32>(x) | (bitcast<u32>(other) & ranges.top.zero));
+}
+
 // The key of a lower bound of the hit's depth; MISS for a certain miss, which the sign of the square tells.
 fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
     return bitcast<vec4<u32>>(c.near) | (bitcast<vec4<u32>>(c.square) & vec4<u32>(MISS));

@@ -129,7 +129,8 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
 fn chord(item: Item, x: f32, rays: Rays) -> Chord {
     let dy = rays.y - item.shape.y;
     let square = vec4<f32>(item.shape.w - x * x) - dy * dy;
-    let root = sqrt(bitcast<vec4<f32>>(max(bitcast<vec4<i32>>(square), vec4<i32>(0))));
+    // Of a negative number it is some number or none: a miss, whose key is one by the square's sign.
+    let root = sqrt(square);
     let z = vec4<f32>(item.shape.z);
     return Chord(square, root, z, bitcast<vec4<f32>>(key(z - root)));
 }

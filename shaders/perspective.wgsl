@@ -11,9 +11,8 @@
 // as depths in the tile. In such depths the key is (t - apart) a + shift, shift = apart (d - d0) . d + lift, and lift is so large that shift >= 0.
 //
 // A hit's key must be above 0. It is above front - slack - 3 sqrt(E) for front = z - R; of a sphere that meets a ray of the tile |C| <= k (|Z| + 2 R) and
-// |W| <= k R + 2 h |C|, so that slack + 3 sqrt(E), with sqrt(R delta) shared out, is at most 1024 k delta + k^2 (R (1 / 32 + h / 8) + |Z| h / 24), `room`.
-// Of spheres that begin before that nothing is known but that every pixel may see them; depths in the tile are counted from so far before the first
-// hit (plan.rs, `margin`) that few do.
+// |W| <= k R + 2 h |C|, so that slack + 3 sqrt(E), with sqrt(R delta) shared out, is at most 1024 k delta + k^2 (R (1 / 32 + h / 8) + |Z| h / 24). Depths
+// in the tile are counted from more than that before the first hit: plan.rs, `margin`.
 //
 // In steps; u = 2^-23; k = `spread` >= |d| in the tile, s the length of (sx, sy), h = `half` at least the greater half of a tile on the screen; n, m, W of
 // the tile's middle from here on.
@@ -29,7 +28,7 @@
 //     E = 2.2 k^2 delta^2 + 2.9 k^2 R delta + u R^2 (k^2 (13 + 3 s + 3 s^2) + 48 h k) + u (p |W|^2 + q h^2 |C|^2),
 //     p = 15 + 9.6 s + 4.5 s^2 + 4 h s + 12 h^2 + 2 h,     q = 33 + 27 s + 12 s^2 + 2 h
 // is the bound of D's error; with square = D + E the exact one lies in [square - 2 E, square]. So square < 0 is a certain miss. k <= 8: the host sees
-// to it.
+// to it. Written without roots: k^2 = g = 1 + s^2 and k <= g, s <= 1/4 + s^2 <= g, |C|^2 <= 1.1 k^2 Z^2 + 11 |W|^2 as |C| <= k |Z| + |W|.
 //
 // Safe. Where square > 4 E the hit is certain, and root - sqrt(D*) <= 2 E / (sqrt(4 E) + sqrt(2 E)) <= 0.59 sqrt(E).
 //
@@ -53,20 +52,17 @@ struct Eye {
     base_far: f32,
     // |d0|^2
     a: f32,
-    // At least |d| of any ray of the tile.
-    spread: f32,
     // Depth of the tile's middle from the camera.
     apart: f32,
     lift: f32,
-    half: f32,
-    // E = error.x + R (error.y + R error.z) + weight.x |W|^2 + weight.y h^2 |C|^2
+    // E = error.x + R (error.y + R error.z) + weight.x |W|^2 + weight.y Z^2
     error: vec3<f32>,
     weight: vec2<f32>,
     // What is in doubt of every depth, and besides of each |z|.
     doubt: f32,
     doubt_of_depth: f32,
-    // Keys of hits are above 0 where spheres begin behind room.x + R room.y + |Z| room.z.
-    room: vec3<f32>,
+    // Of the length of a tile's rays.
+    spread: f32,
 }
 
 struct Item {
@@ -118,16 +114,15 @@ struct Chords {
 
 fn eye_of(tile: Tile, at: u32) -> Eye {
     let fan = fans[at];
-    let pitch = vec2<f32>(frame.pitch_x, frame.pitch_y);
     // As far as a tile's rays run to the sides; the roundings are within the factors.
-    let far = abs(vec2<f32>(fan.sx, fan.sy)) + 3.6 * pitch;
-    let h = 3.6 * max(pitch.x, pitch.y);
+    let size = 3.6 * vec2<f32>(frame.pitch_x, frame.pitch_y);
+    let far = abs(vec2<f32>(fan.sx, fan.sy)) + size;
+    let h = max(size.x, size.y);
     let s2 = 1.001 * (far.x * far.x + far.y * far.y);
-    let s = sqrt(s2) * 1.001;
-    let k = sqrt(1.0 + s2) * 1.001;
-    let delta = k * frame.delta;
+    let g = 1.0 + s2;
     let apart = f32(frame.base - tile.z) + frame.base_far;
-    let lift = 1.01 * abs(apart) * (3.6 * (far.x * pitch.x + far.y * pitch.y));
+    let lift = 1.01 * abs(apart) * (far.x * size.x + far.y * size.y);
+    let q = (40.0 + 39.0 * s2 + 2.0 * h) * (h * h);
     return Eye(
         split(fan.n),
         split(fan.m),
@@ -138,18 +133,13 @@ fn eye_of(tile: Tile, at: u32) -> Eye {
         frame.base,
         frame.base_far,
         (1.0 + fan.sx * fan.sx) + fan.sy * fan.sy,
-        k,
         apart,
         lift,
-        h,
-        SURE * vec3<f32>(2.2 * delta * delta, 2.9 * k * delta, U * k * (k * (13.0 + 3.0 * s + 3.0 * s2) + 48.0 * h)),
-        SURE * U * vec2<f32>(
-            15.0 + 9.6 * s + 4.5 * s2 + h * (4.0 * s + 12.0 * h + 2.0),
-            33.0 + 27.0 * s + 12.0 * s2 + 2.0 * h,
-        ),
-        SURE * (2.0 * k * k * frame.delta_depth + 2.84 * delta + 20.0 * U * lift),
-        SURE * U * k * (30.0 * k + 24.0 * h),
-        k * vec3<f32>(1024.0 * frame.delta, k * (1.0 / 32.0 + h / 8.0), k * h / 24.0),
+        SURE * g * vec3<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, U * (14.0 + 6.0 * s2 + 48.0 * h)),
+        SURE * U * vec2<f32>((17.4 + 14.1 * s2 + h * (4.0 * g + 12.0 * h + 2.0)) + 11.0 * q, 1.1 * g * q),
+        SURE * ((2.71 + 4.84 * s2) * frame.delta + 20.0 * U * lift),
+        SURE * U * g * (30.0 + 24.0 * h),
+        g,
     );
 }
 
@@ -209,28 +199,27 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let w = n * sy + m * sx;
     let away = (m * m + n * n) + w * w;
     let steep = depth * depth + y * y;
-    let wide = eye.half * eye.half * (steep + x * x);
     let square = radius * radius;
-    // |W|^2 is known late, and the rest of E not later: software devices wait for the square as little as they can.
-    let round = eye.error.x + radius * (eye.error.y + radius * eye.error.z);
-    let error = round + (eye.weight.x * away + eye.weight.y * wide);
+    // |W|^2 is known last, and the rest of E before it: software devices wait for the square as little as they can.
+    let round = (eye.error.x + eye.weight.y * (depth * depth)) + radius * (eye.error.y + radius * eye.error.z);
+    let error = round + eye.weight.x * away;
     let root = above_root(error);
     let doubt = eye.doubt + (SURE * 0.62 * root + eye.doubt_of_depth * abs(z));
     let slack = 0.5 * (eye.doubt + eye.doubt_of_depth * abs(z))
-        + SURE * U * ((10.0 * eye.spread + 12.0 * eye.half) * (abs(n) + abs(m)) + 5.5 * eye.spread * radius);
-    let vague = huge | too_near(z - radius, (eye.room.x + radius * eye.room.y) + abs(depth) * eye.room.z);
+        + SURE * U * eye.spread * (22.0 * (abs(n) + abs(m)) + 5.5 * radius);
     let even = vec4<f32>(
-        (square * eye.a + (round + eye.weight.y * wide)) - away * (1.0 - eye.weight.x),
+        (square * eye.a + round) - away * (1.0 - eye.weight.x),
         2.0 * (square * sx - (n * depth + w * y)),
         square - steep,
         square - (depth * depth + x * x),
     );
     let odd = 2.0 * vec2<f32>(square * sy + (m * depth + w * x), x * y);
     let along = vec3<f32>(eye.lift + (z * eye.a + (m * sy - n * sx)), z * sx - n, z * sy + m);
+    // Of what is huge nothing is known but that there may be a hit, at every pixel.
     return Item(
-        select(even, vec4<f32>(1.0, 0.0, 0.0, 0.0), vague),
-        select(odd, vec2<f32>(0.0), vague),
-        select(along, vec3<f32>(2.0, 0.0, 0.0), vague),
+        select(even, vec4<f32>(1.0, 0.0, 0.0, 0.0), huge),
+        select(odd, vec2<f32>(0.0), huge),
+        select(along, vec3<f32>(2.0, 0.0, 0.0), huge),
         vec2<f32>(select(slack, 1e30, huge), error),
         4.0 * error,
         doubt,
@@ -239,7 +228,8 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
 }
 
 fn chord(square: vec4<f32>, middle: vec4<f32>) -> Chord {
-    let root = sqrt(bitcast<vec4<f32>>(max(bitcast<vec4<i32>>(square), vec4<i32>(0))));
+    // Of a negative number it is some number or none: a miss, whose key is one by the square's sign.
+    let root = sqrt(square);
     return Chord(square, root, middle, middle - root);
 }
 

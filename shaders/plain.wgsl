@@ -17,8 +17,3 @@ fn others(old: Nearest, low: vec4<u32>, lost: vec4<bool>) -> vec4<u32> {
 fn judge(found: Column, doubt: f32) -> Column {
     return found;
 }
-
-// Keys are looked at one by one, or not at all.
-fn too_near(front: f32, room: f32) -> bool {
-    return false;
-}

@@ -56,6 +56,7 @@ fn main(
         // First, as nothing else waits for it: all later entries begin beyond this; enough is known when that is beyond every pixel's best.
         doubt = greatest(doubtful(doubt, item));
         let front = (greatest(item.front) - disorder) - doubt;
+        item.safe = after(item.safe, doubt, ranges);
         let item0 = share0(item);
         let entry0 = subgroupBroadcast(own, 0u);
         found = visit(found, ranges, item0, entry0, pixels);

@@ -280,12 +280,14 @@ impl Eye {
             24.0 * ULP * widest
         };
         let delta = ROTATION_ERROR + middle_error + roundings;
-        // Perspective keys are not held above 0 one by one: depths in a tile start so far before the first hit that no sphere is `vague`, see
-        // shaders/perspective.wgsl for its `room`. Too little would cost time, not pixels.
-        let half_tile = 3.6 * widest;
-        let radius = bounds.max_radius / step;
-        let room = 1100.0 * delta + spread * ((1.0 / 31.0 + half_tile / 7.0) * radius + half_tile / 23.0 * farthest);
-        let margin = if perspective { spread * room } else { 0.0 };
+        // Depths in a perspective tile start so far before the first hit that keys of hits are above 0 (shaders/perspective.wgsl), and a little more.
+        let margin = if perspective {
+            let half = 3.6 * widest;
+            let by_radius = (1.0 / 32.0 + half / 8.0) * bounds.max_radius / step;
+            1.07 * spread * (1024.0 * delta + spread * (by_radius + half / 24.0 * farthest))
+        } else {
+            0.0
+        };
         let frame = Frame {
             right: axis(right),
             pitch_x: scaled[0] as f32,
@@ -368,6 +370,8 @@ impl Eye {
         // Depths are relative to where the first hit can be, for the sake of f32; what is nearer counts as lying there.
         let first = if all { nearest.max(self.least) } else { self.least };
         let z = m.z - first / self.step + self.margin;
+        // Perspective keys must be above 0.
+        let begins = self.projection == Projection::Orthographic || z <= OFFSET_LIMIT;
         let z = z.clamp(-OFFSET_LIMIT, OFFSET_LIMIT).round_ties_even();
         let plane = |depth: f64| {
             if depth.is_infinite() {
@@ -379,7 +383,7 @@ impl Eye {
         };
         let ([a, b], [c, d]) = (plane(self.near), plane(self.far));
         let fits = x.abs() <= OFFSET_LIMIT && y.abs() <= OFFSET_LIMIT;
-        let class = if fits { self.kernel(nearest) } else { Class::Host };
+        let class = if fits && begins { self.kernel(nearest) } else { Class::Host };
         let tile = Tile { x: x.round_ties_even() as i32, y: y.round_ties_even() as i32, z: z as i32, ..Tile::zeroed() };
         (class, Place { tile, fan, planes: [a, b, c, d] })
     }

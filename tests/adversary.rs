@@ -377,7 +377,7 @@ impl<'a> Probe<'a> {
     /// Runs the shader's functions for a sphere and a pixel.
     fn look(&mut self, input: Input) -> Option<Found> {
         let (left, top) = (input.column / TILE * TILE, input.row / TILE * TILE);
-        let nearest = self.stage.exact(input).z.value() - 2.0 * input.radius;
+        let nearest = self.stage.exact(input).z.value() - 1.000001 * input.radius;
         let (class, place) = self.eye.place(left, top, nearest, true);
         if class == Class::Host || (self.stage.perspective && class == Class::Clipped && !self.clipped) {
             return None;

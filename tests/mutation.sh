@@ -181,13 +181,12 @@ more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const
 more 'longest axes, twice as long' $f 'const LONGEST: f64 = 1.5;' 'const LONGEST: f64 = 3.0;' '' --lib plan
 more 'f64 of the host, bound / 8' $f 'let error = power(-53) * ulps' 'let error = power(-56) * ulps' '' --lib plan
 
-for rays in orthographic perspective; do
-    f=shaders/$rays.wgsl
-    more "GPU, $rays: E / 8" $f 'let error = eye.error.x + ' 'let error = 0.125 * eye.error.x + 0.125 * ' '' --test adversary squares
-    more "GPU, $rays: slack / 8" $f 'let slack = 0.5 * eye.doubt + SURE * U *' 'let slack = 0.0625 * eye.doubt + 0.125 * SURE * U *' '' --test adversary depths
-    more "GPU, $rays: spheres begin at the middle" $f '        z - radius,' '        z,' '' --test adversary depths
-done
+more 'perspective keys, margin / 8' $f '1.07 * spread * (1024.0' '0.13 * spread * (1024.0' '' --test adversary depths
+
 f=shaders/orthographic.wgsl
+more 'GPU, orthographic: E / 8' $f 'let error = eye.error.x + ' 'let error = 0.125 * eye.error.x + 0.125 * ' '' --test adversary squares
+more 'GPU, orthographic: slack / 8' $f 'let slack = 0.5 * eye.doubt + SURE * U *' 'let slack = 0.0625 * eye.doubt + 0.125 * SURE * U *' '' --test adversary depths
+more 'GPU, orthographic: spheres begin at the middle' $f '        z - radius,' '        z,' '' --test adversary depths
 fault 'GPU, orthographic: E without the place' $f '2.9 * frame.delta, 20.0 * U' '0.0 * frame.delta, 20.0 * U' '' --test adversary squares
 more 'GPU, orthographic: E without roundings' $f '2.9 * frame.delta, 20.0 * U' '2.9 * frame.delta, 0.0 * U' '' --test adversary squares
 more 'GPU, orthographic: E without the place squared' $f '2.2 * frame.delta * frame.delta' '0.0 * frame.delta' '' --test adversary squares
@@ -195,20 +194,29 @@ more 'GPU, orthographic: doubt / 8' $f 'let doubt = eye.doubt + (SURE' 'let doub
 more 'GPU, orthographic: doubt without what hits are late' $f 'SURE * 0.61 * root' 'SURE * 0.0 * root' '' --test adversary depths
 more 'GPU, orthographic: a guard at the centre' $f 'greater(z - (1.45 * root + doubt), 0.0)' 'greater(z, 0.0)' '' --test adversary settled
 f=shaders/perspective.wgsl
-more 'GPU, perspective: E without the place' $f '2.9 * delta, 50.0' '0.0 * delta, 50.0' '' --test adversary squares
-more 'GPU, perspective: E without roundings' $f '50.0 * U * k' '0.0 * U * k' '' --test adversary squares
-more 'GPU, perspective: E without the place squared' $f '2.2 * delta * delta' '0.0 * delta' '' --test adversary squares
+more 'GPU, perspective: E / 8' $f 'SURE * g * vec3<f32>(2.2' '0.125 * SURE * g * vec3<f32>(2.2' '' --test adversary squares
+more 'GPU, perspective: E without the place' $f '2.9 * frame.delta, U' '0.0 * frame.delta, U' '' --test adversary squares
+more 'GPU, perspective: E without roundings of radii' $f 'U * (14.0 + 6.0 * s2 + 48.0 * h)' '0.0 * U' '' --test adversary squares
+more 'GPU, perspective: E without roundings of places' $f 'SURE * U * vec2<f32>(' '0.0 * U * vec2<f32>(' '' --test adversary squares
+more 'GPU, perspective: E without the place squared' $f '2.2 * frame.delta * frame.delta' '0.0 * frame.delta' '' --test adversary squares
+more 'GPU, perspective: E is not in the square' $f '(square * eye.a + round) - away * (1.0 - eye.weight.x)' 'square * eye.a - away' '' --test adversary squares
+more 'GPU, perspective: slack / 8' $f 'let slack = 0.5 * (eye.doubt' 'let slack = 0.0625 * (eye.doubt' '' --test adversary depths
+more 'GPU, perspective: spheres begin at the middle' $f 'select(z - radius, -1e30, huge)' 'select(z, -1e30, huge)' '' --test adversary depths
 more 'GPU, perspective: doubt / 8' $f 'eye.doubt + (SURE' '0.125 * eye.doubt + 0.125 * (SURE' '' --test adversary depths
-more 'GPU, perspective: doubt without what hits are late' $f 'SURE * 0.61 * above_root' 'SURE * 0.0 * above_root' '' --test adversary depths
+more 'GPU, perspective: doubt without what hits are late' $f 'SURE * 0.62 * root' 'SURE * 0.0 * root' '' --test adversary depths
+more 'GPU, perspective: keys without the lift' $f 'vec3<f32>(eye.lift + (z * eye.a' 'vec3<f32>((z * eye.a' '' --test adversary depths
+more 'GPU, perspective: depths of keys of the middle' $f '(found - rays.shift) * rays.inverse' 'found - vec4<f32>(rays.lift)' '' --test adversary depths
+more 'GPU, perspective: planes of the middle' $f 'return rays.shift + depth * rays.a;' 'return vec4<f32>(rays.lift + depth);' '' --test adversary settled
+more 'GPU, perspective: lower rows like upper ones' $f 'chord(even - odd, middle - tilt)' 'chord(even + odd, middle - tilt)' '' --test adversary settled
 more 'GPU: roots by half of their bits, one too few' shaders/types.wgsl '0x1fc00001u' '0x1fc00000u' '' --test adversary roots
 more 'GPU, short lists: the first entry alone' shaders/tiles_few_subgroup8.wgsl 'if lane % 2u >= tile.count {' 'if lane % 2u >= 1u {' '' --test exactness gpu_skipping::every_pixel
 more 'GPU, short lists: lists of three' src/plan.rs 'count <= limits.few' 'count <= limits.few + u32::from(limits.few > 0)' '' --test exactness gpu_skipping::every_pixel
 more 'GPU, doubt of tiles: the last item alone' shaders/tiles_portable.wgsl 'doubt = doubtful(doubt, item);' 'doubt = item.doubt * 0.001;' '' --test adversary settled
 more 'GPU: the best is always right' shaders/certain.wgsl 'found.rest > high' 'found.rest > vec4<u32>(0u)' '' --test adversary settled
 more 'GPU: what was undecided is forgotten' shaders/certain.wgsl 'select(undecided, found.entry, found.rest > high)' 'found.entry' '' --test adversary settled
-more 'GPU: unsafe bests are kept' shaders/safe.wgsl 'low >= select(vec4<u32>(range.zero), best, safe(range, item, c))' 'low >= best' '' --test adversary settled
-more 'GPU: unsafe bests are kept where planes cut' shaders/safe_clipped.wgsl '!safe(range, item, c) | (low >= best)' 'low >= best' '' --test adversary settled
-more 'GPU: bests behind the guard are kept' shaders/guard.wgsl 'low >= min(best, vec4<u32>(bitcast<u32>(item.guard)))' 'low >= best' '' --test adversary settled
+more 'GPU: unsafe bests are kept' shaders/safe.wgsl 'low > select(vec4<u32>(range.zero), best, safe(range, item, c))' 'low > best' '' --test adversary settled
+more 'GPU: unsafe bests are kept where planes cut' shaders/safe_clipped.wgsl '!safe(range, item, c) | (low > best)' 'low > best' '' --test adversary settled
+more 'GPU: bests behind the guard are kept' shaders/guard.wgsl 'low > min(best, vec4<u32>(bitcast<u32>(item.guard)))' 'low > best' '' --test adversary settled
 more 'GPU: what lost is not among the others' shaders/certain.wgsl 'select(old.low, min(old.rest, low), lost)' 'select(old.low, old.rest, lost)' '' --test adversary settled
 more 'GPU: the best before is not among the others' shaders/certain.wgsl 'select(old.low, min(old.rest, low), lost)' 'min(old.rest, select(vec4<u32>(~0u), low, lost))' '' --test adversary settled
 more 'GPU: keys of unsafe hits are not kept' shaders/nearest.wgsl 'min(old.low, low),' 'select(low, old.low, lost),' '' --test adversary settled

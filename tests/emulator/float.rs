@@ -267,10 +267,16 @@ impl Unfriendly {
         self.near(site, exact, 2.5 / mantissa)
     }
 
-    /// Square root: the errors of `inverseSqrt` (2 units) and of a quotient (2.5), each relative at worst.
+    /// Square root: the errors of `inverseSqrt` (2 units) and of a quotient (2.5), each relative at worst. Of a negative number it is
+    /// whatever the device likes.
     pub fn sqrt(&mut self, site: u64, a: &Float) -> Float {
-        let exact = f64::from(self.flushed(a.value)).sqrt();
-        self.near(site, exact, 4.5)
+        let value = self.flushed(a.value);
+        if value < 0.0 && self.habits.rounding != Rounding::Nearest {
+            // Anything.
+            let any = [f32::NEG_INFINITY, -1.0, 0.0, 1.0, 1e30, f32::INFINITY, f32::NAN];
+            return any[self.choice(site, any.len() as u64) as usize].into();
+        }
+        self.near(site, f64::from(value).sqrt(), 4.5)
     }
 
     /// From an integer.
