@@ -448,7 +448,12 @@ fn measure<const N: usize>(
     let mut worst = [0.0f64; N];
     let mut measured = [0; N];
     let far = scale.distance[0] > 3.0 && projection == Projection::Perspective;
-    let stages = if far { telescopes(&mut random) } else { stages(&mut random, projection) };
+    let stages = match projection {
+        Projection::Perspective if far => telescopes(&mut random, [-8.0, -6.0]),
+        // So narrow that a place is not known to much less than a pixel: else that is nothing to what roundings are at the size of a tile.
+        Projection::Perspective if scale.of_delta => telescopes(&mut random, [-13.0, -11.5]),
+        _ => stages(&mut random, projection),
+    };
     for stage in stages {
         for device in 0..40 {
             let Some(mut probe) = Probe::new(&stage, &mut random, scale, &module, seed * 1000 + device) else {
@@ -500,11 +505,11 @@ fn measure<const N: usize>(
 }
 
 /// Perspective cameras that see far.
-fn telescopes(random: &mut Random) -> Vec<Stage> {
+fn telescopes(random: &mut Random, [least, most]: [f64; 2]) -> Vec<Stage> {
     let stage = |_| {
         let mut camera = Camera::orthographic(random.ball(), random.ball());
         camera.projection = Projection::Perspective;
-        camera.size = ScreenSize::Height(random.power(-8.0, -6.0));
+        camera.size = ScreenSize::Height(random.power(least, most));
         Stage::new(camera, ImageSize { width: 97, height: 61 })
     };
     (0..12).map(stage).collect()

@@ -181,7 +181,7 @@ more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const
 more 'longest axes, twice as long' $f 'const LONGEST: f64 = 1.5;' 'const LONGEST: f64 = 3.0;' '' --lib plan
 more 'f64 of the host, bound / 8' $f 'let error = power(-53) * ulps' 'let error = power(-56) * ulps' '' --lib plan
 
-more 'perspective keys, margin / 8' $f '1.07 * spread * (1024.0' '0.13 * spread * (1024.0' '' --test adversary depths
+more 'perspective keys, no margin' $f '1.07 * spread * (1024.0' '0.0 * spread * (1024.0' '' --test adversary depths
 
 f=shaders/orthographic.wgsl
 more 'GPU, orthographic: E / 8' $f 'let error = eye.error.x + ' 'let error = 0.125 * eye.error.x + 0.125 * ' '' --test adversary squares
