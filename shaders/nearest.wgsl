@@ -8,6 +8,7 @@
 const MISS = 0x80000000u;
 // The key of nothing seen, NEVER: behind every depth, and before what is missed.
 const NOTHING = 0x7b4097ceu;
+
 struct Nearest {
     low: vec4<u32>,
     rest: vec4<u32>,
@@ -34,6 +35,7 @@ fn depth_of(key: u32) -> f32 {
     return select(bitcast<f32>(key), NEVER, key >= MISS);
 }
 
+// One sphere more at four pixels.
 fn see(old: Nearest, range: Range, item: Item, entry: u32, c: Chord) -> Nearest {
     let low = lower(range, item, c);
     let lost = loses(range, item, c, low, old.low);
@@ -45,6 +47,7 @@ fn see(old: Nearest, range: Range, item: Item, entry: u32, c: Chord) -> Nearest 
     );
 }
 
+// One sphere more at a column.
 fn visit(old: Column, ranges: Ranges, item: Item, entry: u32, pixels: Pixels) -> Column {
     let c = chords(item, pixels);
     return Column(see(old.top, ranges.top, item, entry, c.top), see(old.bottom, ranges.bottom, item, entry, c.bottom));

@@ -39,7 +39,7 @@ struct Item {
     bounds: vec2<f32>,
     // Hits of a greater square are safe: 4 E.
     safe: f32,
-    // Of a hit that is not safe the key is not less: at most shape.z - sqrt(4 E), and not negative. See guard.wgsl.
+    // Of a hit that is not safe the key is greater: less than shape.z - sqrt(4 E), and not negative. See guard.wgsl.
     guard: f32,
     // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
     doubt: f32,
