@@ -236,6 +236,8 @@ struct Found {
     low: Option<f64>,
     /// What the shader takes for that as a depth.
     low_depth: f64,
+    /// A depth in the tile, where the shader has it along the ray, as that of a key, and its bound on the error of that.
+    plane: [f64; 3],
     /// Keys are so much greater than they would be of themselves; perspective only.
     lift: f64,
     safe: bool,
@@ -419,6 +421,10 @@ impl<'a> Probe<'a> {
             machine.field(&item, "Item", "guard").float(0) > f32::from_bits(key)
         };
         let low = (key <= i32::MAX as u32).then(|| f64::from(f32::from_bits(key)));
+        let front = machine.field(&item, "Item", "front");
+        let [along, error] =
+            ["along_rays", "plane_error"].map(|name| machine.call(name, vec![rays.clone(), front.clone()]).float(lane));
+        let plane = [front.float(0), along, error].map(f64::from);
         let low_depth = machine.call("depths", vec![rays, Value::floats(&[f32::from_bits(key); 4])]).float(lane).into();
         let place = if perspective { place } else { machine.field(&item, "Item", "shape").float(0) }.into();
         let View { image, pitch_x, pitch_y, .. } = self.stage.view;
@@ -428,7 +434,7 @@ impl<'a> Probe<'a> {
         ]
         .map(|(odd, pitch)| Bounded::ratio(odd.into(), pitch.length, 2.0 * f64::from(pitch.divisor)));
         let base = self.middle - exact(offset.into());
-        Some(Found { item, chord, lane, place, low, low_depth, lift: lift.into(), safe, base, middle })
+        Some(Found { item, chord, lane, place, low, low_depth, plane, lift: lift.into(), safe, base, middle })
     }
 }
 
@@ -586,11 +592,7 @@ fn depths() {
                 let (Some(low), true) = (f.low, square > 0.0) else { return [None; 3] };
                 // As keys have them: perspective depths times a, less what is the same for all spheres at a pixel.
                 let perspective = p.stage.perspective;
-                let common = if perspective {
-                    f.base * (exact(1.0) + f.middle[0] * e.sx + f.middle[1] * e.sy) - exact(f.lift)
-                } else {
-                    f.base
-                };
+                let common = if perspective { common(f, e) } else { f.base };
                 let depth = |root: Bounded| (e.b - root) * per_step - common;
                 // Clamped at the eye's plane of depths.
                 let clamped = !perspective && low < 1e-30;
@@ -611,4 +613,18 @@ fn depths() {
             });
         }
     }
+}
+
+/// What perspective keys are less than depths from the camera times `a`, at a pixel.
+fn common(found: &Found, e: &Exact) -> Bounded {
+    found.base * (exact(1.0) + found.middle[0] * e.sx + found.middle[1] * e.sy) - exact(found.lift)
+}
+
+/// Where clip planes lie along perspective rays.
+#[test]
+fn planes() {
+    measure(["plane"], Projection::Perspective, 25, Scale::USUAL, [0.0, 1.0], |_, f, e| {
+        let [depth, along, bound] = f.plane;
+        [Some(error(along, (exact(depth) + f.base) * e.a - common(f, e)).abs() / bound)]
+    });
 }

@@ -206,6 +206,7 @@ more 'GPU, perspective: doubt / 8' $f 'eye.doubt + (SURE' '0.125 * eye.doubt + 0
 more 'GPU, perspective: doubt without what hits are late' $f 'SURE * 0.62 * root' 'SURE * 0.0 * root' '' --test adversary depths
 more 'GPU, perspective: keys without the lift' $f 'vec3<f32>(eye.lift + (z * eye.a' 'vec3<f32>((z * eye.a' '' --test adversary depths
 more 'GPU, perspective: depths of keys of the middle' $f '(found - rays.shift) * rays.inverse' 'found - vec4<f32>(rays.lift)' '' --test adversary depths
+more 'GPU, perspective: error of planes / 8' $f 'SURE * U * (16.0 * abs(depth) * rays.a + vec4<f32>(14.0 * rays.lift))' 'SURE * U * (2.0 * abs(depth) * rays.a + vec4<f32>(1.75 * rays.lift))' '' --test adversary planes
 more 'GPU, perspective: planes of the middle' $f 'return rays.shift + depth * rays.a;' 'return vec4<f32>(rays.lift + depth);' '' --test adversary settled
 more 'GPU, perspective: lower rows like upper ones' $f 'chord(even - odd, middle - tilt)' 'chord(even + odd, middle - tilt)' '' --test adversary settled
 more 'GPU: roots by half of their bits, one too few' shaders/types.wgsl '0x1fc00001u' '0x1fc00000u' '' --test adversary roots
