@@ -14,8 +14,8 @@
 // |W| <= k R + 2 h |C|, so that slack + 3 sqrt(E), with sqrt(R delta) shared out, is at most 1024 k delta + k^2 (R (1 / 32 + h / 8) + |Z| h / 24). Depths
 // in the tile are counted from more than that before the first hit: plan.rs, `margin`.
 //
-// In steps; u = 2^-23; k = `spread` >= |d| in the tile, s the length of (sx, sy), h = `half` at least the greater half of a tile on the screen; n, m, W of
-// the tile's middle from here on.
+// In steps; u = 2^-23; k >= |d| in the tile, s the length of (sx, sy), h at least the greater half of a tile on the screen; n, m, W of the tile's middle
+// from here on.
 //
 // Place. n, m come from integers as in orthographic.wgsl and are converted; Z (from the camera) is good to delta_depth + 2.5 u |Z|, dx and dy to
 // 1.5 u of themselves. plan.rs adds to delta what that is at a pixel: so n and m there are good to delta + u |(n, m)|, as a vector 1.42 times that,
@@ -61,7 +61,7 @@ struct Eye {
     // What is in doubt of every depth, and besides of each |z|.
     doubt: f32,
     doubt_of_depth: f32,
-    // Of the length of a tile's rays.
+    // g >= k
     spread: f32,
 }
 
