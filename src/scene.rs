@@ -16,6 +16,8 @@ use bytemuck::Pod;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::simd;
+
 /// The most spheres a scene may hold: indices are written as `int32`.
 pub const MAX_SPHERES: usize = i32::MAX as usize;
 
@@ -175,6 +177,19 @@ impl Block {
         match &self.radii {
             Radii::Same(radius) => *radius,
             Radii::Each(radii) => radii.get(index),
+        }
+    }
+
+    /// A hint that sphere `index` of this block is soon to be looked at.
+    #[inline(always)]
+    pub fn prefetch(&self, index: usize) {
+        let numbers = |numbers: &Reals, first: usize, last: usize| match numbers {
+            Reals::F32(c) => [first, last].map(|at| simd::prefetch(c.as_slice(), at)),
+            Reals::F64(c) => [first, last].map(|at| simd::prefetch(c.as_slice(), at)),
+        };
+        numbers(&self.centers, 3 * index, 3 * index + 2);
+        if let Radii::Each(radii) = &self.radii {
+            numbers(radii, index, index);
         }
     }
 

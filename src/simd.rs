@@ -8,6 +8,19 @@ use std::mem::MaybeUninit;
 /// How many numbers are in a vector.
 pub const LANES: usize = 8;
 
+/// A hint that an element of a slice is soon to be read; none of one beyond its end, nor where the processor's are not in Rust's library.
+#[inline(always)]
+pub fn prefetch<T>(slice: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(element) = slice.get(index) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: reads nothing; SSE, which it needs, every x86-64 has.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(element).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slice, index);
+}
+
 /// One f64 or several: what the formulas of [`crate::filter`] are written in.
 pub trait Number: Copy {
     /// The same number in every place.

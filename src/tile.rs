@@ -108,7 +108,10 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
     #[inline(always)]
     pub fn new(scene: &'a Scene, truth: &'a Truth, projector: &'a Projector, corner: [usize; 2]) -> Self {
         let some = |values: &[f64], from: usize| {
-            std::array::from_fn(|k| values.get(from + k).copied().unwrap_or(f64::INFINITY))
+            let rest = values.get(from..).unwrap_or_default();
+            rest.first_chunk()
+                .copied()
+                .unwrap_or_else(|| std::array::from_fn(|k| rest.get(k).copied().unwrap_or(f64::INFINITY)))
         };
         let (columns, rows) = (some(&projector.columns, corner[0]), some(&projector.rows, corner[1]));
         Self { scene, truth, projector, corner, columns, rows }

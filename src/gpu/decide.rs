@@ -42,12 +42,12 @@ pub struct Among<'a> {
 /// sphere of a tile's list is met, `backgrounds` is seen.
 pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
     let region = among.projector.region;
-    let row_of_tiles = |tiles: &[(u32, Pixels)], heads: &[Head], ids: &mut [i32]| {
+    let row_of_tiles = |(tiles, ids): (&[(u32, Pixels)], &mut [i32])| {
         let mut tally = Tally::default();
         let mut open = Open::default();
-        for (&(tile, pixels), head) in tiles.iter().zip(heads) {
+        for &(tile, pixels) in tiles {
             open.begin(tile, columns, pixels);
-            tally += open.look(among, Some(head));
+            tally += open.look(among);
             open.write(region, backgrounds[tile as usize], ids);
         }
         tally
@@ -70,40 +70,13 @@ pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgroun
         first = row + 1;
     }
     if tiles.len() < FEW {
-        let all = Head::of_tiles(among, tiles);
-        let mut heads = &all[..];
-        let row = |(tiles, ids): (&[(u32, Pixels)], _)| {
-            let of_row;
-            (of_row, heads) = heads.split_at(tiles.len());
-            row_of_tiles(tiles, of_row, ids)
-        };
-        rows.into_iter().map(row).fold(Default::default(), sum)
+        // What is not in the cache is waited for at once, and not tile by tile.
+        for &(tile, _) in tiles {
+            among.wave.tile(tile as usize).iter().take(LANES).for_each(|&place| among.spheres.prefetch(place));
+        }
+        rows.into_iter().map(row_of_tiles).fold(Default::default(), sum)
     } else {
-        let row = |(tiles, ids)| row_of_tiles(tiles, &Head::of_tiles(among, tiles), ids);
-        rows.into_par_iter().map(row).reduce(Default::default, sum)
-    }
-}
-
-/// What lies at the first places of a tile's list.
-struct Head {
-    balls: [Ball; LANES],
-    indices: [u32; LANES],
-}
-
-impl Head {
-    /// Fetched for several tiles first: what is not in the cache is then waited for at once, and not tile by tile.
-    fn of_tiles(Among { spheres, wave, .. }: Among<'_>, tiles: &[(u32, Pixels)]) -> Vec<Self> {
-        let places = |&(tile, _): &(u32, Pixels)| {
-            let list = wave.tile(tile as usize);
-            // Beyond the list's end anything will do.
-            std::array::from_fn::<u32, LANES, _>(|k| list.get(k).copied().unwrap_or(0))
-        };
-        let places: Vec<_> = tiles.iter().map(places).collect();
-        let head = |places: &[u32; LANES]| Self {
-            balls: places.map(|place| spheres.ball(place)),
-            indices: places.map(|place| spheres.index(place)),
-        };
-        places.iter().map(head).collect()
+        rows.into_par_iter().map(row_of_tiles).reduce(Default::default, sum)
     }
 }
 
@@ -132,7 +105,7 @@ impl Undecided {
 
     /// Looks at the spheres of a wave.
     pub fn look(&mut self, among: Among<'_>) -> Tally {
-        self.tiles.par_iter_mut().map(|open| open.look(among, None)).reduce(Tally::default, |mut a, b| {
+        self.tiles.par_iter_mut().map(|open| open.look(among)).reduce(Tally::default, |mut a, b| {
             a += b;
             a
         })
@@ -149,11 +122,22 @@ impl Undecided {
     }
 }
 
+/// Column and row of some pixels of a tile.
+fn places(mut pixels: Pixels) -> impl Iterator<Item = [usize; 2]> {
+    std::iter::from_fn(move || {
+        let at = (pixels != 0).then(|| pixels.trailing_zeros() as usize)?;
+        pixels &= pixels - 1;
+        Some([at / SIDE, at % SIDE])
+    })
+}
+
 /// The open pixels of a tile.
 struct Open {
     tile: u32,
     /// First column and row, in the region.
     corner: [u32; 2],
+    /// Which are open.
+    pixels: Pixels,
     /// Columns and rows with open pixels, a bit for each.
     window: [u8; 2],
     state: Tile<SIDE>,
@@ -163,20 +147,17 @@ struct Open {
 
 impl Default for Open {
     fn default() -> Self {
-        Self { tile: 0, corner: [0; 2], window: [0; 2], state: Tile::default(), farthest: f64::INFINITY }
+        Self { tile: 0, corner: [0; 2], pixels: 0, window: [0; 2], state: Tile::default(), farthest: f64::INFINITY }
     }
 }
 
 impl Open {
     /// Starts with some pixels of a tile.
-    fn begin(&mut self, tile: u32, columns: u32, mut pixels: Pixels) {
+    fn begin(&mut self, tile: u32, columns: u32, pixels: Pixels) {
         (self.tile, self.corner) = (tile, [tile % columns * TILE, tile / columns * TILE]);
-        (self.window, self.farthest) = ([0; 2], f64::INFINITY);
+        (self.pixels, self.window, self.farthest) = (pixels, [0; 2], f64::INFINITY);
         self.state.clear(0, 0);
-        while pixels != 0 {
-            let at = pixels.trailing_zeros() as usize;
-            let (column, row) = (at / SIDE, at % SIDE);
-            pixels &= pixels - 1;
+        for [column, row] in places(pixels) {
             self.window[0] |= 1 << column;
             self.window[1] |= 1 << row;
             self.state.open(column, row);
@@ -185,18 +166,18 @@ impl Open {
 
     /// Writes what was decided, and `background` where nothing is met; `ids` are of the tile's row of tiles.
     fn write(&self, region: Region, background: i32, ids: &mut [i32]) {
-        for (row, ids) in ids.chunks_mut(region.width as usize).enumerate() {
-            for (to, &id) in ids[self.corner[0] as usize..].iter_mut().zip(self.state.ids(row)) {
-                if id >= NONE {
-                    *to = if id == NONE { background } else { id };
-                }
+        for [column, row] in places(self.pixels) {
+            let id = self.state.ids(row)[column];
+            if id >= NONE {
+                let at = row * region.width as usize + self.corner[0] as usize + column;
+                ids[at] = if id == NONE { background } else { id };
             }
         }
     }
 
-    /// Looks at the tile's list in a wave, whose head may be known.
-    fn look(&mut self, among: Among<'_>, head: Option<&Head>) -> Tally {
-        tile::dispatch(among.projector.projection, Paint { among, head, open: self });
+    /// Looks at the tile's list in a wave.
+    fn look(&mut self, among: Among<'_>) -> Tally {
+        tile::dispatch(among.projector.projection, Paint { among, open: self });
         self.state.take_tally()
     }
 }
@@ -222,7 +203,6 @@ fn window([first, last]: [f64; 2], from: f64) -> u8 {
 
 struct Paint<'a> {
     among: Among<'a>,
-    head: Option<&'a Head>,
     open: &'a mut Open,
 }
 
@@ -233,7 +213,7 @@ impl tile::Work for Paint<'_> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) {
         let Among { spheres, projector, wave } = self.among;
         let Spheres { scene, truth, .. } = spheres;
-        let Open { tile, corner, window: [open_columns, open_rows], ref mut state, ref mut farthest } = *self.open;
+        let Open { tile, corner, window: [open_columns, open_rows], ref mut state, ref mut farthest, .. } = *self.open;
         let [x, y] = corner.map(|at| at as usize);
         let place = Place::new(scene, truth, projector, [x, y]);
         state.begin::<Exact>(&place);
@@ -244,12 +224,11 @@ impl tile::Work for Paint<'_> {
         let mut depths = [f64::INFINITY; SEEN];
         let mut seen = [(u32::MAX, zero); SEEN];
         let mut count = 0;
-        for (turn, places) in wave.tile(tile as usize).chunks(LANES).enumerate() {
-            let head = self.head.filter(|_| turn == 0);
-            match head {
-                Some(head) => batch.ball = head.balls,
-                None => places.iter().zip(&mut batch.ball).for_each(|(&place, ball)| *ball = spheres.ball(place)),
-            }
+        let list = wave.tile(tile as usize);
+        for (turn, places) in list.chunks(LANES).enumerate() {
+            // While these are looked at, the next come.
+            list.iter().skip((turn + 1) * LANES).take(LANES).for_each(|&place| spheres.prefetch(place));
+            places.iter().zip(&mut batch.ball).for_each(|(&place, ball)| *ball = spheres.ball(place));
             for k in 0..LANES {
                 let s = projector.project(batch.ball[k].center, batch.ball[k].radius);
                 batch.sphere[k] = s;
@@ -269,8 +248,7 @@ impl tile::Work for Paint<'_> {
                 if rows_seen == 0 || window(across, x as f64) & open_columns == 0 {
                     continue;
                 }
-                let index = head.map_or_else(|| spheres.index(at), |head| head.indices[k]);
-                let (ball, z) = (batch.ball[k], L::splat(sphere.z));
+                let (index, ball, z) = (spheres.index(at), batch.ball[k], L::splat(sphere.z));
                 let mut again = false;
                 for first in (0..SEEN).step_by(LANES) {
                     let depths = L::load(&depths[first..]);

@@ -107,6 +107,16 @@ impl Spheres<'_> {
         Ball { center: block.center(at), radius: block.radius(at) }
     }
 
+    /// A hint that a place is soon to be looked at.
+    #[inline(always)]
+    pub fn prefetch(&self, place: u32) {
+        let (block, at) = match self.ordered {
+            Some(ordered) => (&ordered.block, place as usize),
+            None => self.scene.locate(place as usize),
+        };
+        block.prefetch(at);
+    }
+
     /// What [`Wave::collect`] takes of some places, one part a thread: groups if there are any, else spheres.
     pub fn split(&self, places: Range<usize>) -> Vec<Range<usize>> {
         match self.ordered {
