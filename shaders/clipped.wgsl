@@ -28,11 +28,6 @@ fn ranges_of(at: u32, pixels: Pixels) -> Ranges {
     return Ranges(range_for(pixels.top, p), range_for(pixels.bottom, p));
 }
 
-// See open.wgsl.
-fn after(x: f32, other: f32, ranges: Ranges) -> f32 {
-    return x;
-}
-
 // Bounds of both roots, as depths of keys.
 struct Ends {
     near_low: vec4<f32>,

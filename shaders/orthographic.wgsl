@@ -24,6 +24,8 @@ struct Eye {
     y: Split,
     z: Split,
     offset: vec3<i32>,
+    // Width and height of a pixel.
+    pitch: vec2<f32>,
     // As in Frame.
     scale: f32,
     // E = error.x + R (error.y + R error.z)
@@ -72,13 +74,14 @@ struct Chords {
     bottom: Chord,
 }
 
-fn eye_of(tile: Tile, at: u32) -> Eye {
+fn eye_of(frame: Frame, tile: Tile, at: u32, lane: u32) -> Eye {
     let offset = vec3<i32>(tile.x, tile.y, tile.z);
     return Eye(
         split(frame.right),
         split(frame.up),
         split(frame.forward),
         offset,
+        vec2<f32>(frame.pitch_x, frame.pitch_y),
         frame.scale,
         SURE * vec3<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, 20.0 * U),
         SURE * 2.0 * frame.delta_depth,
@@ -86,8 +89,8 @@ fn eye_of(tile: Tile, at: u32) -> Eye {
 }
 
 fn pixels_of(eye: Eye, column: u32) -> Pixels {
-    let y = vec4<f32>(3.5, 2.5, 1.5, 0.5) * frame.pitch_y;
-    return Pixels((f32(column) - 3.5) * frame.pitch_x, Rays(y), Rays(-y));
+    let y = vec4<f32>(3.5, 2.5, 1.5, 0.5) * eye.pitch.y;
+    return Pixels((f32(column) - 3.5) * eye.pitch.x, Rays(y), Rays(-y));
 }
 
 // Depths of keys are depths.

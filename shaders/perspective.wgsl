@@ -28,7 +28,8 @@
 //     E = 2.2 k^2 delta^2 + 2.9 k^2 R delta + u R^2 (k^2 (13 + 3 s + 3 s^2) + 48 h k) + u (p |W|^2 + q h^2 |C|^2),
 //     p = 15 + 9.6 s + 4.5 s^2 + 4 h s + 12 h^2 + 2 h,     q = 33 + 27 s + 12 s^2 + 2 h
 // is the bound of D's error; with square = D + E the exact one lies in [square - 2 E, square]. So square < 0 is a certain miss. k <= 8: the host sees
-// to it. Written without roots: k^2 = g = 1 + s^2 and k <= g, s <= 1/4 + s^2 <= g, |C|^2 <= 1.1 k^2 Z^2 + 11 |W|^2 as |C| <= k |Z| + |W|.
+// to it. Written without roots and with g alone: k^2 = g = 1 + s^2 and k <= g, s <= 1/4 + s^2 <= g, |C|^2 <= 1.1 k^2 Z^2 + 11 |W|^2 as |C| <= k |Z| + |W|;
+//     13 + 3 s + 3 s^2 <= 8 + 6 g,     p <= g (17.4 + 6 h + 12 h^2),     q <= g (40 + 2 h).
 //
 // Safe. Where square > 4 E the hit is certain, and root - sqrt(D*) <= 2 E / (sqrt(4 E) + sqrt(2 E)) <= 0.59 sqrt(E).
 //
@@ -46,6 +47,8 @@ struct Eye {
     z: Split,
     offset: vec3<i32>,
     center: vec2<f32>,
+    // Width and height of a pixel on the screen.
+    pitch: vec2<f32>,
     // As in Frame.
     scale: f32,
     base: i32,
@@ -112,33 +115,33 @@ struct Chords {
     bottom: Chord,
 }
 
-fn eye_of(tile: Tile, at: u32) -> Eye {
-    let fan = fans[at];
+fn eye_of(frame: Frame, tile: Tile, at: u32, lane: u32) -> Eye {
+    let fan = fan_at(at, lane);
     // As far as a tile's rays run to the sides; the roundings are within the factors.
-    let size = 3.6 * vec2<f32>(frame.pitch_x, frame.pitch_y);
+    let pitch = vec2<f32>(frame.pitch_x, frame.pitch_y);
+    let size = 3.6 * pitch;
     let far = abs(vec2<f32>(fan.sx, fan.sy)) + size;
     let h = max(size.x, size.y);
-    let s2 = 1.001 * (far.x * far.x + far.y * far.y);
-    let g = 1.0 + s2;
+    let g = 1.0 + 1.001 * (far.x * far.x + far.y * far.y);
     let apart = f32(frame.base - tile.z) + frame.base_far;
     let lift = 1.01 * abs(apart) * (far.x * size.x + far.y * size.y);
-    let q = (40.0 + 39.0 * s2 + 2.0 * h) * (h * h);
     return Eye(
         split(fan.n),
         split(fan.m),
         split(frame.forward),
         vec3<i32>(tile.x, tile.y, tile.z),
         vec2<f32>(fan.sx, fan.sy),
+        pitch,
         frame.scale,
         frame.base,
         frame.base_far,
         (1.0 + fan.sx * fan.sx) + fan.sy * fan.sy,
         apart,
         lift,
-        SURE * g * vec3<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, U * (14.0 + 6.0 * s2 + 48.0 * h)),
-        SURE * U * vec2<f32>((17.4 + 14.1 * s2 + h * (4.0 * g + 12.0 * h + 2.0)) + 11.0 * q, 1.1 * g * q),
-        SURE * ((2.71 + 4.84 * s2) * frame.delta + 20.0 * U * lift),
-        SURE * U * g * (30.0 + 24.0 * h),
+        g * vec3<f32>(SURE * 2.2 * frame.delta * frame.delta, SURE * 2.9 * frame.delta, SURE * U * (8.0 + 48.0 * h + 6.0 * g)),
+        g * vec2<f32>(SURE * U * (17.4 + h * (6.0 + h * (452.0 + 22.0 * h))), g * (h * h) * (SURE * U * (44.0 + 2.2 * h))),
+        (SURE * 4.84 * g - SURE * 2.13) * frame.delta + SURE * 20.0 * U * lift,
+        g * (SURE * U * (30.0 + 24.0 * h)),
         g,
     );
 }
@@ -151,8 +154,8 @@ fn rays_of(eye: Eye, dx: f32, dy: vec4<f32>) -> Rays {
 }
 
 fn pixels_of(eye: Eye, column: u32) -> Pixels {
-    let dx = (f32(column) - 3.5) * frame.pitch_x;
-    let dy = vec4<f32>(3.5, 2.5, 1.5, 0.5) * frame.pitch_y;
+    let dx = (f32(column) - 3.5) * eye.pitch.x;
+    let dy = vec4<f32>(3.5, 2.5, 1.5, 0.5) * eye.pitch.y;
     return Pixels(dx, dx * dx, dy, dy * dy, rays_of(eye, dx, dy), rays_of(eye, dx, -dy));
 }
 

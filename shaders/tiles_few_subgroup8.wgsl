@@ -3,6 +3,7 @@
 @group(0) @binding(3) var<storage, read> tiles: array<Tile>;
 
 fn draw(
+    frame: Frame,
     at: u32,
     lane: u32,
     eye: Eye,
@@ -28,6 +29,7 @@ fn main(
     @builtin(subgroup_id) part: u32,
     @builtin(subgroup_invocation_id) lane: u32,
 ) {
+    let frame = uniforms;
     let first = ((group.y * frame.row + group.x) * 8u + part) * 4u;
     if first >= frame.tiles {
         return;
@@ -35,19 +37,19 @@ fn main(
     // Past the end the last tile is fetched again, and not drawn.
     let at = min(first + lane / 2u, frame.tiles - 1u);
     let tile = tiles[at];
-    let eye = eye_of(tile, at);
+    let eye = eye_of(frame, tile, at, lane);
     let own = entries[tile.start + min(lane % 2u, max(tile.count, 1u) - 1u)];
     var item = prepare(eye, records[own - frame.first]);
     if lane % 2u >= tile.count {
         item = beyond(item);
     }
     let doubt = doubtful(eye.doubt, item);
-    draw(first + 0u, lane, eye0(eye), share0(item), subgroupBroadcast(own, 0u), share1(item), subgroupBroadcast(own, 1u),
+    draw(frame, first + 0u, lane, eye0(eye), share0(item), subgroupBroadcast(own, 0u), share1(item), subgroupBroadcast(own, 1u),
         max(subgroupBroadcast(doubt, 0u), subgroupBroadcast(doubt, 1u)), subgroupBroadcast(tile.slot, 0u));
-    draw(first + 1u, lane, eye2(eye), share2(item), subgroupBroadcast(own, 2u), share3(item), subgroupBroadcast(own, 3u),
+    draw(frame, first + 1u, lane, eye2(eye), share2(item), subgroupBroadcast(own, 2u), share3(item), subgroupBroadcast(own, 3u),
         max(subgroupBroadcast(doubt, 2u), subgroupBroadcast(doubt, 3u)), subgroupBroadcast(tile.slot, 2u));
-    draw(first + 2u, lane, eye4(eye), share4(item), subgroupBroadcast(own, 4u), share5(item), subgroupBroadcast(own, 5u),
+    draw(frame, first + 2u, lane, eye4(eye), share4(item), subgroupBroadcast(own, 4u), share5(item), subgroupBroadcast(own, 5u),
         max(subgroupBroadcast(doubt, 4u), subgroupBroadcast(doubt, 5u)), subgroupBroadcast(tile.slot, 4u));
-    draw(first + 3u, lane, eye6(eye), share6(item), subgroupBroadcast(own, 6u), share7(item), subgroupBroadcast(own, 7u),
+    draw(frame, first + 3u, lane, eye6(eye), share6(item), subgroupBroadcast(own, 6u), share7(item), subgroupBroadcast(own, 7u),
         max(subgroupBroadcast(doubt, 6u), subgroupBroadcast(doubt, 7u)), subgroupBroadcast(tile.slot, 6u));
 }

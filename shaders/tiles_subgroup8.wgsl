@@ -23,20 +23,9 @@ fn greatest(x: f32) -> f32 {
     return greater(c, subgroupShuffleXor(c, 1u));
 }
 
-@compute @workgroup_size(64)
-fn main(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(subgroup_id) part: u32,
-    @builtin(subgroup_invocation_id) lane: u32,
-) {
-    let at = (group.y * frame.row + group.x) * 8u + part;
-    if at >= frame.tiles {
-        return;
-    }
+fn draw(frame: Frame, at: u32, lane: u32) {
     let tile = tile_at(at, lane);
-    let eye = eye_of(tile, at);
-    let first = frame.first;
-    let disorder = frame.disorder;
+    let eye = eye_of(frame, tile, at, lane);
     let pixels = pixels_of(eye, lane);
     let ranges = ranges_of(at, pixels);
     var found = nothing();
@@ -49,14 +38,14 @@ fn main(
     loop {
         // Past the end the last entry is seen again, out of reach.
         let own = entries[tile.start + min(i + lane, max(tile.count, 1u) - 1u)];
-        var item = prepare(eye, records[own - first]);
+        var item = prepare(eye, records[own - frame.first]);
         if i + lane >= tile.count {
             item = beyond(item);
         }
         // First, as nothing else waits for it: all later entries begin beyond this; enough is known when that is beyond every pixel's best.
         doubt = greatest(doubtful(doubt, item));
-        let front = (greatest(item.front) - disorder) - doubt;
-        item.safe = after(item.safe, doubt, ranges);
+        let front = (greatest(item.front) - frame.disorder) - doubt;
+        item = told_after(item, doubt, ranges);
         let item0 = share0(item);
         let entry0 = subgroupBroadcast(own, 0u);
         found = visit(found, ranges, item0, entry0, pixels);
@@ -91,4 +80,26 @@ fn main(
         }
     }
     settle_column(tile, lane, found, doubt);
+}
+
+// Several tiles in turn: what is the same for all is found once.
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(subgroup_id) part: u32,
+    @builtin(subgroup_invocation_id) lane: u32,
+) {
+    let frame = uniforms;
+    var at = ((group.y * frame.row + group.x) * 8u + part) * 4u;
+    let end = min(at + 4u, frame.tiles);
+    if at >= end {
+        return;
+    }
+    loop {
+        draw(frame, at, lane);
+        at += 1u;
+        if at >= end {
+            break;
+        }
+    }
 }

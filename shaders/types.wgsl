@@ -98,7 +98,8 @@ fn above_root(x: f32) -> f32 {
     return bitcast<f32>((bitcast<u32>(x) >> 1u) + 0x1fc00001u);
 }
 
-@group(0) @binding(0) var<uniform> frame: Frame;
+// Loaded whole, and before anything else: where some lanes have returned, software devices fetch numbers one lane at a time.
+@group(0) @binding(0) var<uniform> uniforms: Frame;
 // Centre in fixed point (x, y, z), bits of the radius in fixed-point units as f32.
 @group(0) @binding(1) var<storage, read> records: array<vec4<i32>>;
 // Places of spheres among all; `frame.first` is that of record 0.

@@ -34,8 +34,8 @@ pub struct Variant {
 
 /// Entries of lists that are short.
 pub const FEW: u32 = 2;
-/// So many tiles with short lists are drawn by one subgroup.
-pub const FEW_TILES: u32 = 4;
+/// So many tiles are drawn by one subgroup, with [`Lanes::Eight`].
+pub const TILES_TOGETHER: u32 = 4;
 
 /// Bindings of group 0 that are not in every variant.
 pub const STATES: u32 = 5;
@@ -142,7 +142,10 @@ impl Variant {
         let perspective = self.projection == Projection::Perspective;
         let mut parts = vec![part!("types.wgsl")];
         parts.extend(self.merged.then_some(part!("states.wgsl")));
-        parts.extend(perspective.then_some(part!("fans.wgsl")));
+        if perspective {
+            let together = self.lanes == Lanes::Eight && !self.few;
+            parts.push(if together { part!("fans_subgroup8.wgsl") } else { part!("fans.wgsl") });
+        }
         parts.extend(self.clipped.then_some(part!("planes.wgsl")));
         parts.push(part!("rotate.wgsl"));
         parts.push(if self.certain { part!("certain.wgsl") } else { part!("plain.wgsl") });

@@ -17,7 +17,7 @@ use crate::{
     plan::{self, Band, Eye, FRESH, LAST, NONE, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
     pool,
     render::DrawError,
-    shader::{FANS, FEW_TILES, Lanes, PLANES, STATES, Variant},
+    shader::{FANS, Lanes, PLANES, STATES, TILES_TOGETHER, Variant},
     simd,
 };
 
@@ -178,7 +178,8 @@ impl Executor {
         if has(PLANES) {
             self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
         }
-        let groups = (tiles.len() as u32).div_ceil(TILE * if few { FEW_TILES } else { 1 });
+        let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { 1 };
+        let groups = (tiles.len() as u32).div_ceil(TILE * together);
         let row = groups.min(self.workgroups);
         let frame = plan::Frame { first: chunk.range.start as u32, tiles: tiles.len() as u32, row, ..frame };
         self.frame.write(device, queue, &[frame]);
