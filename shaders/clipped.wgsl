@@ -28,6 +28,11 @@ fn ranges_of(at: u32, pixels: Pixels) -> Ranges {
     return Ranges(range_for(pixels.top, p), range_for(pixels.bottom, p));
 }
 
+// See open.wgsl.
+fn opaque(lane: u32, ranges: Ranges) -> u32 {
+    return lane;
+}
+
 // Bounds of both roots, as depths of keys.
 struct Ends {
     near_low: vec4<f32>,

@@ -23,6 +23,12 @@ fn greatest(x: f32) -> f32 {
     return greater(c, subgroupShuffleXor(c, 1u));
 }
 
+// The item and entry of a lane.
+fn visit_of(found: Column, ranges: Ranges, item: Item, entry: u32, lane: u32, pixels: Pixels) -> Column {
+    let there = opaque(lane, ranges);
+    return visit(found, ranges, share(item, there), subgroupShuffle(entry, there), pixels);
+}
+
 fn draw(frame: Frame, at: u32, lane: u32) {
     let tile = tile_at(at, lane);
     let eye = eye_of(frame, tile, at, lane);
@@ -46,30 +52,14 @@ fn draw(frame: Frame, at: u32, lane: u32) {
         doubt = greatest(doubtful(doubt, item));
         let front = (greatest(item.front) - frame.disorder) - doubt;
         item = told_after(item, doubt, ranges);
-        let item0 = share0(item);
-        let entry0 = subgroupBroadcast(own, 0u);
-        found = visit(found, ranges, item0, entry0, pixels);
-        let item1 = share1(item);
-        let entry1 = subgroupBroadcast(own, 1u);
-        found = visit(found, ranges, item1, entry1, pixels);
-        let item2 = share2(item);
-        let entry2 = subgroupBroadcast(own, 2u);
-        found = visit(found, ranges, item2, entry2, pixels);
-        let item3 = share3(item);
-        let entry3 = subgroupBroadcast(own, 3u);
-        found = visit(found, ranges, item3, entry3, pixels);
-        let item4 = share4(item);
-        let entry4 = subgroupBroadcast(own, 4u);
-        found = visit(found, ranges, item4, entry4, pixels);
-        let item5 = share5(item);
-        let entry5 = subgroupBroadcast(own, 5u);
-        found = visit(found, ranges, item5, entry5, pixels);
-        let item6 = share6(item);
-        let entry6 = subgroupBroadcast(own, 6u);
-        found = visit(found, ranges, item6, entry6, pixels);
-        let item7 = share7(item);
-        let entry7 = subgroupBroadcast(own, 7u);
-        found = visit(found, ranges, item7, entry7, pixels);
+        found = visit_of(found, ranges, item, own, 0u, pixels);
+        found = visit_of(found, ranges, item, own, 1u, pixels);
+        found = visit_of(found, ranges, item, own, 2u, pixels);
+        found = visit_of(found, ranges, item, own, 3u, pixels);
+        found = visit_of(found, ranges, item, own, 4u, pixels);
+        found = visit_of(found, ranges, item, own, 5u, pixels);
+        found = visit_of(found, ranges, item, own, 6u, pixels);
+        found = visit_of(found, ranges, item, own, 7u, pixels);
         found = judge(found, doubt);
         if front > greatest(deepest(found, pixels)) {
             break;
@@ -82,7 +72,7 @@ fn draw(frame: Frame, at: u32, lane: u32) {
     settle_column(tile, lane, found, doubt);
 }
 
-// Several tiles in turn: what is the same for all is found once.
+// What is the same for all tiles of a subgroup is found once.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -90,8 +80,8 @@ fn main(
     @builtin(subgroup_invocation_id) lane: u32,
 ) {
     let frame = uniforms;
-    var at = ((group.y * frame.row + group.x) * 8u + part) * 4u;
-    let end = min(at + 4u, frame.tiles);
+    var at = ((group.y * frame.row + group.x) * 8u + part) * TOGETHER;
+    let end = min(at + TOGETHER, frame.tiles);
     if at >= end {
         return;
     }

@@ -72,6 +72,9 @@ const FRESH = 0x80000000u;
 const LAST = 0x40000000u;
 const SLOT = 0x3fffffffu;
 
+// Tiles that a subgroup of 8 draws in turn.
+const TOGETHER = 4u;
+
 // A depth behind every other.
 const NEVER = 1e36;
 // Nothing seen, in `ids`.

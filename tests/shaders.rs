@@ -2,7 +2,10 @@
 
 use std::mem::{offset_of, size_of};
 
-use planisphere::{plan, shader::Variant};
+use planisphere::{
+    plan,
+    shader::{TILES_TOGETHER, Variant},
+};
 
 #[test]
 fn every_variant_is_valid() {
@@ -81,6 +84,7 @@ fn shared_constants_are_those_of_rust() {
         format!("const LAST = {:#x}u;", plan::LAST),
         format!("const NEVER = {:e};", plan::NEVER),
         format!("const NOTHING = {:#x}u;", plan::NEVER.to_bits()),
+        format!("const TOGETHER = {TILES_TOGETHER}u;"),
         format!("const NONE = {};", plan::NONE),
         format!("const UNDECIDED = {};", plan::UNDECIDED),
     ] {
