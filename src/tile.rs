@@ -278,9 +278,14 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// A block whose depth may have become less since it was told last, and the depth behind which nothing is seen in it.
+    /// A block whose depth may have become less since it was told last, and the depth behind which nothing is seen in it. Rows in which no
+    /// pixel is `open` need not be looked at.
     #[inline(always)]
-    pub fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, place: &Place<'_, SIDE>) -> Option<(usize, f64)> {
+    pub fn freshen<L: Lanes, const PERSPECTIVE: bool>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        open: impl Fn(usize) -> bool,
+    ) -> Option<(usize, f64)> {
         if self.stale == 0 {
             return None;
         }
@@ -289,7 +294,7 @@ impl<const SIDE: usize> Tile<SIDE> {
         let (x, y) = (block % Self::BLOCKS * BLOCK, block / Self::BLOCKS * BLOCK);
         let sx = L::load(&place.columns[x..]);
         let mut farthest = L::splat(f64::NEG_INFINITY);
-        for row in y..y + BLOCK {
+        for row in (y..y + BLOCK).filter(|&row| open(row)) {
             let high = L::load(&self.high[row][x..]);
             let depth = if PERSPECTIVE {
                 // From t a back to t.

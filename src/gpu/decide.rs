@@ -243,10 +243,14 @@ impl tile::Work for Paint<'_> {
                     }
                     continue;
                 }
-                let [across, down] = projector.extent::<PERSPECTIVE>(&sphere);
-                let rows_seen = window(down, y as f64) & open_rows;
-                if rows_seen == 0 || window(across, x as f64) & open_columns == 0 {
-                    continue;
+                let mut rows_seen = open_rows;
+                // One row is sooner looked at than known to be missed.
+                if !open_rows.is_power_of_two() {
+                    let [across, down] = projector.extent::<PERSPECTIVE>(&sphere);
+                    rows_seen &= window(down, y as f64);
+                    if rows_seen == 0 || window(across, x as f64) & open_columns == 0 {
+                        continue;
+                    }
                 }
                 let (index, ball, z) = (spheres.index(at), batch.ball[k], L::splat(sphere.z));
                 let mut again = false;
@@ -266,7 +270,7 @@ impl tile::Work for Paint<'_> {
                 count += 1;
                 let (cut, rows) = (projector.cuts(&sphere), (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
                 state.draw::<L, PERSPECTIVE, Exact>(&place, index, &sphere, cut, [0, SIDE - 1], rows);
-                if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place) {
+                if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place, |row| open_rows >> row & 1 == 1) {
                     *farthest = depth;
                 }
             }
