@@ -108,10 +108,7 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
     #[inline(always)]
     pub fn new(scene: &'a Scene, truth: &'a Truth, projector: &'a Projector, corner: [usize; 2]) -> Self {
         let some = |values: &[f64], from: usize| {
-            let rest = values.get(from..).unwrap_or_default();
-            rest.first_chunk()
-                .copied()
-                .unwrap_or_else(|| std::array::from_fn(|k| rest.get(k).copied().unwrap_or(f64::INFINITY)))
+            std::array::from_fn(|k| values.get(from + k).copied().unwrap_or(f64::INFINITY))
         };
         let (columns, rows) = (some(&projector.columns, corner[0]), some(&projector.rows, corner[1]));
         Self { scene, truth, projector, corner, columns, rows }
@@ -278,14 +275,9 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// A block whose depth may have become less since it was told last, and the depth behind which nothing is seen in it. Rows in which no
-    /// pixel is `open` need not be looked at.
+    /// A block whose depth may have become less since it was told last, and the depth behind which nothing is seen in it.
     #[inline(always)]
-    pub fn freshen<L: Lanes, const PERSPECTIVE: bool>(
-        &mut self,
-        place: &Place<'_, SIDE>,
-        open: impl Fn(usize) -> bool,
-    ) -> Option<(usize, f64)> {
+    pub fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, place: &Place<'_, SIDE>) -> Option<(usize, f64)> {
         if self.stale == 0 {
             return None;
         }
@@ -294,7 +286,7 @@ impl<const SIDE: usize> Tile<SIDE> {
         let (x, y) = (block % Self::BLOCKS * BLOCK, block / Self::BLOCKS * BLOCK);
         let sx = L::load(&place.columns[x..]);
         let mut farthest = L::splat(f64::NEG_INFINITY);
-        for row in (y..y + BLOCK).filter(|&row| open(row)) {
+        for row in y..y + BLOCK {
             let high = L::load(&self.high[row][x..]);
             let depth = if PERSPECTIVE {
                 // From t a back to t.

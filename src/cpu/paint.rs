@@ -446,7 +446,7 @@ impl<M: Mode> PaintTile<'_, M> {
     #[inline(always)]
     fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, place: &Place<'_>) {
         let mut fresh = false;
-        while let Some((block, farthest)) = self.state.freshen::<L, PERSPECTIVE>(place, |_| true) {
+        while let Some((block, farthest)) = self.state.freshen::<L, PERSPECTIVE>(place) {
             let known = &mut self.depths.blocks[block];
             // What is held only comes nearer.
             *known = if farthest < *known { farthest } else { *known };

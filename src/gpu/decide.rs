@@ -270,7 +270,7 @@ impl tile::Work for Paint<'_> {
                 count += 1;
                 let (cut, rows) = (projector.cuts(&sphere), (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
                 state.draw::<L, PERSPECTIVE, Exact>(&place, index, &sphere, cut, [0, SIDE - 1], rows);
-                if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place, |row| open_rows >> row & 1 == 1) {
+                if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place) {
                     *farthest = depth;
                 }
             }
