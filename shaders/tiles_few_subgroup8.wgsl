@@ -2,8 +2,8 @@
 // eight draw the tiles in turn, a column of 8 pixels each. What a tile costs besides its entries is most of what such tiles cost.
 @group(0) @binding(3) var<storage, read> tiles: array<Tile>;
 
-// The tile whose entries are those of a lane and the next.
-fn draw(frame: Frame, at: u32, lane: u32, eye: Eye, item: Item, entry: u32, doubt: f32, slot: u32, one: u32) {
+// The tile whose entries are those of a lane and the next; none from tile `end` on.
+fn draw(end: u32, at: u32, lane: u32, eye: Eye, item: Item, entry: u32, doubt: f32, slot: u32, one: u32) {
     let pixels = pixels_of(share_eye(eye, one), lane);
     let ranges = ranges_of(at, pixels);
     let two = one + 1u;
@@ -11,7 +11,7 @@ fn draw(frame: Frame, at: u32, lane: u32, eye: Eye, item: Item, entry: u32, doub
     found = visit(found, ranges, share(item, two), subgroupShuffle(entry, two), pixels);
     let either = max(subgroupShuffle(doubt, one), subgroupShuffle(doubt, two));
     let there = subgroupShuffle(slot, one);
-    if at < frame.tiles {
+    if at < end {
         settle_column(Tile(0u, 0u, 0, 0, 0, there), lane, judge(found, either), either);
     }
 }
@@ -37,8 +37,8 @@ fn main(
         item = beyond(item);
     }
     let doubt = doubtful(eye.doubt, item);
-    draw(frame, first + 0u, lane, eye, item, own, doubt, tile.slot, 0u);
-    draw(frame, first + 1u, lane, eye, item, own, doubt, tile.slot, 2u);
-    draw(frame, first + 2u, lane, eye, item, own, doubt, tile.slot, 4u);
-    draw(frame, first + 3u, lane, eye, item, own, doubt, tile.slot, 6u);
+    draw(frame.tiles, first + 0u, lane, eye, item, own, doubt, tile.slot, 0u);
+    draw(frame.tiles, first + 1u, lane, eye, item, own, doubt, tile.slot, 2u);
+    draw(frame.tiles, first + 2u, lane, eye, item, own, doubt, tile.slot, 4u);
+    draw(frame.tiles, first + 3u, lane, eye, item, own, doubt, tile.slot, 6u);
 }
