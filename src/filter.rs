@@ -23,7 +23,7 @@
 //! `A D` makes the sphere *vague*: `E` is infinite, and every pixel of its box is decided exactly.
 //!
 //! *Depth.* Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a division. A hit is *solid* if
-//! `q >= T = max(4 E, 2^-16 r^2)`. Then it is certain, and `sqrt q` is within `E / (sqrt T + sqrt(T - E)) < 0.54 E / sqrt T` of the
+//! `q >= T = max(4 E, 2^-16 r^2)`; where that leaves a hit open, with `T = 4 E`, for which the following holds as well. Then it is certain, and `sqrt q` is within `E / (sqrt T + sqrt(T - E)) < 0.54 E / sqrt T` of the
 //! truth. Parallel rays: `b = z` is within `5 u L`, and the square root, `b - sqrt q` and an end of the interval round by at most
 //! `2 u L + 3 u r` together, in all `D`. Perspective: `b` is within `(15 K - 8) u L`, the roundings are at most
 //! `2 K u L + 4.3 K u r`, in all `2.2 D`. As `A D <= r / 1024`, `sqrt T <= 0.107 r`, and `D = E / (2.9 A r)` is at most `0.037 E / sqrt T` and `0.0093 sqrt T`.
@@ -35,7 +35,7 @@
 
 use crate::{
     project::{FLOOR, Projected, U},
-    simd::Number,
+    simd::{Beside, Number},
 };
 
 /// `E` over `A r D`.
@@ -127,11 +127,21 @@ impl Margins {
     /// Of a sphere.
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, screen: Screen) -> Self {
-        let Screen { kappa, spread, plain, .. } = screen;
-        if s.r >= plain {
+        if s.r >= screen.plain {
             return Self::shared(s.r, &screen);
         }
-        let least = s.r * s.r * (1.0 / 65536.0);
+        Self::own::<PERSPECTIVE>(s, &screen, s.r * s.r * (1.0 / 65536.0))
+    }
+
+    /// Of a sphere whose hits are solid as near to its silhouette as may be: then depths are not told as well.
+    #[inline(always)]
+    pub fn sharp<const PERSPECTIVE: bool>(s: &Projected, screen: &Screen) -> Self {
+        Self::own::<PERSPECTIVE>(s, screen, 0.0)
+    }
+
+    /// Of a sphere, with `T` at least as given.
+    #[inline(always)]
+    fn own<const PERSPECTIVE: bool>(s: &Projected, &Screen { kappa, spread, .. }: &Screen, least: f64) -> Self {
         let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
         let delta = kappa * s.bound();
         // NaN is vague.
@@ -165,28 +175,56 @@ pub fn length<N: Number>(sx: N, sy: f64) -> N {
     N::splat(1.0 + sy * sy).add(sx.mul(sx))
 }
 
-/// A sphere and a row of pixels: what does not change along it.
+/// A sphere, or one in each place of a vector, and a row of pixels: what does not change along it.
 #[derive(Clone, Copy)]
-pub struct Row {
-    sphere: Projected,
-    square: f64,
+pub struct Row<S = f64> {
+    x: S,
+    z: S,
+    square: S,
     sy: f64,
     /// `m`.
-    m: f64,
+    m: S,
     /// Of `b`.
-    along: f64,
+    along: S,
     /// Of `q`.
-    fixed: f64,
+    fixed: S,
+}
+
+impl<S: Number> Row<S> {
+    /// Of a sphere's coordinates and radius, and screen coordinate `sy`.
+    #[inline(always)]
+    pub fn of<const PERSPECTIVE: bool>([x, y, z, r]: [S; 4], sy: f64) -> Self {
+        let (square, at) = (r.mul(r), S::splat(sy));
+        let (m, along) = if PERSPECTIVE { (y.sub(z.mul(at)), y.mul(at).add(z)) } else { (at.sub(y), z) };
+        let fixed = if PERSPECTIVE { m.mul(m) } else { square.sub(m.mul(m)) };
+        Self { x, z, square, sy, m, along, fixed }
+    }
+
+    /// `q` and `b` at screen coordinates `sx`.
+    #[inline(always)]
+    pub fn meet<N: Number, const PERSPECTIVE: bool>(&self, sx: N) -> (N, N)
+    where
+        S: Beside<N>,
+    {
+        let (x, fixed, along) = (self.x.beside(), self.fixed.beside(), self.along.beside());
+        if PERSPECTIVE {
+            let n = self.z.beside().mul(sx).sub(x);
+            let cross = n.mul(N::splat(self.sy)).add(self.m.beside().mul(sx));
+            let apart = fixed.add(n.mul(n)).add(cross.mul(cross));
+            let q = length(sx, self.sy).mul(self.square.beside()).sub(apart);
+            (q, x.mul(sx).add(along))
+        } else {
+            let dx = sx.sub(x);
+            (fixed.sub(dx.mul(dx)), along)
+        }
+    }
 }
 
 impl Row {
     /// Of screen coordinate `sy`.
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(s: &Projected, sy: f64) -> Self {
-        let square = s.r * s.r;
-        let (m, along) = if PERSPECTIVE { (s.y - s.z * sy, s.y * sy + s.z) } else { (sy - s.y, s.z) };
-        let fixed = if PERSPECTIVE { m * m } else { square - m * m };
-        Self { sphere: *s, square, sy, m, along, fixed }
+        Self::of::<PERSPECTIVE>([s.x, s.y, s.z, s.r], sy)
     }
 
     /// The same with `by` added to `b`: where that is `W`, `b - sqrt q` is the upper end of the depth's interval, with no more
@@ -194,22 +232,6 @@ impl Row {
     #[inline(always)]
     pub fn lifted(self, by: f64) -> Self {
         Self { along: self.along + by, ..self }
-    }
-
-    /// `q` and `b` at screen coordinates `sx`.
-    #[inline(always)]
-    pub fn meet<N: Number, const PERSPECTIVE: bool>(&self, sx: N) -> (N, N) {
-        let s = &self.sphere;
-        if PERSPECTIVE {
-            let n = N::splat(s.z).mul(sx).sub(N::splat(s.x));
-            let cross = n.mul(N::splat(self.sy)).add(N::splat(self.m).mul(sx));
-            let apart = N::splat(self.fixed).add(n.mul(n)).add(cross.mul(cross));
-            let q = length(sx, self.sy).mul(N::splat(self.square)).sub(apart);
-            (q, N::splat(s.x).mul(sx).add(N::splat(self.along)))
-        } else {
-            let dx = sx.sub(N::splat(s.x));
-            (N::splat(self.fixed).sub(dx.mul(dx)), N::splat(self.along))
-        }
     }
 
     /// Either root of one pixel, between the planes `near` and `far`; `held` is an upper bound of the depth that is held there.

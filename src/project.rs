@@ -231,6 +231,19 @@ impl Projector {
         !((s.z - s.r - bound > self.near) & (s.z + s.r + bound < self.far))
     }
 
+    /// Spheres, one array a coordinate, into view space in place.
+    #[inline(always)]
+    pub fn turn<const COUNT: usize>(&self, [x, y, z]: [&mut [f64; COUNT]; 3]) {
+        for k in 0..COUNT {
+            let fx = x[k] * self.scale - self.origin.x;
+            let fy = y[k] * self.scale - self.origin.y;
+            let fz = z[k] * self.scale - self.origin.z;
+            x[k] = fx * self.right.x + fy * self.right.y + fz * self.right.z;
+            y[k] = fx * self.up.x + fy * self.up.y + fz * self.up.z;
+            z[k] = fx * self.forward.x + fy * self.forward.y + fz * self.forward.z;
+        }
+    }
+
     /// One sphere.
     #[inline(always)]
     pub fn project(&self, center: DVec3, radius: f64) -> Projected {
@@ -277,15 +290,7 @@ impl Projector {
                 batch.z[k] = c[2].into();
             }
         }
-        let Batch { x, y, z, .. } = batch;
-        for k in 0..BATCH {
-            let fx = x[k] * self.scale - self.origin.x;
-            let fy = y[k] * self.scale - self.origin.y;
-            let fz = z[k] * self.scale - self.origin.z;
-            x[k] = fx * self.right.x + fy * self.right.y + fz * self.right.z;
-            y[k] = fx * self.up.x + fy * self.up.y + fz * self.up.z;
-            z[k] = fx * self.forward.x + fy * self.forward.y + fz * self.forward.z;
-        }
+        self.turn([&mut batch.x, &mut batch.y, &mut batch.z]);
     }
 
     /// Fills in the pixels of the region that each sphere of a batch may be seen at; conservative.

@@ -55,8 +55,36 @@ impl Number for f64 {
     }
 }
 
+/// What stands beside numbers of some kind in a formula: one f64 is the same in every place, and eight are as they are.
+pub trait Beside<N>: Copy {
+    /// As such numbers.
+    fn beside(self) -> N;
+}
+
+impl<N: Number> Beside<N> for f64 {
+    #[inline(always)]
+    fn beside(self) -> N {
+        N::splat(self)
+    }
+}
+
+macro_rules! beside_its_own {
+    ($($vector:ty),*) => {
+        $(impl Beside<Self> for $vector {
+            #[inline(always)]
+            fn beside(self) -> Self {
+                self
+            }
+        })*
+    };
+}
+
+beside_its_own!(Plain);
+#[cfg(target_arch = "x86_64")]
+beside_its_own!(x86::Avx512, x86::Avx2);
+
 /// Eight f64, and masks of eight bits for comparisons (false where an operand is NaN).
-pub trait Lanes: Number {
+pub trait Lanes: Number + Beside<Self> {
     /// The first eight of a slice.
     fn load(from: &[f64]) -> Self;
     /// Into the first eight of a slice.

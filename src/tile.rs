@@ -302,6 +302,34 @@ impl<const SIDE: usize> Tile<SIDE> {
         Some((block, farthest))
     }
 
+    /// Of spheres, one in each place of a vector, how near each may be at a pixel, times `|dir|^2`; infinite where it is missed for certain.
+    ///
+    /// Those that a plane may cut, or whose bounds are not those of the screen, are not looked at: nothing is known of them.
+    #[inline(always)]
+    pub fn front<L: Lanes, const PERSPECTIVE: bool>(
+        place: &Place<'_, SIDE>,
+        sphere: [L; 4],
+        cut: u8,
+        [column, row]: [usize; 2],
+    ) -> L {
+        let screen = &place.projector.screen;
+        // Bounds are the radius times those of radius 1, but for `W`.
+        let Margins { doubt, width, rim, .. } = Margins::shared(1.0, screen);
+        let (sx, r) = (L::splat(place.columns[column]), sphere[3]);
+        let (q, b) = Row::of::<PERSPECTIVE>(sphere, place.rows[row]).meet::<L, PERSPECTIVE>(sx);
+        // As in `Row::look`.
+        let root = q.max(L::splat(0.0)).sqrt();
+        let front = b.sub(r.mul(L::splat(rim)).max(root.add(L::splat(width))));
+        let front = L::select(q.less(r.mul(L::splat(-doubt))), L::splat(f64::INFINITY), front);
+        L::select(cut | r.less(L::splat(screen.plain)), L::splat(f64::NEG_INFINITY), front)
+    }
+
+    /// Upper bound of the depth that is held at a pixel, times `|dir|^2`.
+    #[inline(always)]
+    pub fn high(&self, [column, row]: [usize; 2]) -> f64 {
+        self.high[row][column]
+    }
+
     /// A sphere, at pixels where it may be seen: from a first to a last column `across`, of the rows `down`. A plane may `cut` it.
     #[inline(always)]
     pub fn draw<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
@@ -540,7 +568,9 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work for Decide<
 
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        let margins = Margins::new::<PERSPECTIVE>(self.sphere, self.place.projector.screen);
+        let screen = self.place.projector.screen;
+        let margins =
+            [Margins::new::<PERSPECTIVE>(self.sphere, screen), Margins::sharp::<PERSPECTIVE>(self.sphere, &screen)];
         // A holder that turned out to be the same sphere.
         let mut twin = None;
         while self.rows != 0 {
@@ -553,11 +583,21 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work for Decide<
     }
 }
 
+/// What bounds tell of a sphere at eight pixels.
+struct Told<L> {
+    /// Where it is certainly behind or missed, certainly in front, and certainly hit.
+    lose: u8,
+    win: u8,
+    sure: u8,
+    /// Ends of the depth where it is hit.
+    least: L,
+    most: L,
+}
+
 impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSPECTIVE, M> {
-    /// Eight pixels from some column and row on. Takes and answers with a holder that turned out to be the same sphere.
     #[inline(always)]
-    fn eight<L: Lanes>(&mut self, margins: &Margins, [first, row]: [usize; 2], mut twin: Option<i32>) -> Option<i32> {
-        let Self { ref mut tile, place, index, sphere, .. } = *self;
+    fn tell<L: Lanes>(&self, margins: &Margins, [first, row]: [usize; 2]) -> Told<L> {
+        let Self { tile, place, sphere, .. } = self;
         let mut test = Test::<L>::new(margins, false);
         test.allow(tile.slack);
         let [before, after] = test.lines::<PERSPECTIVE>(sphere, place.rows[row]);
@@ -566,16 +606,55 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
         let above = b.sub(high);
         let (lose, square) = test.loses(q, above);
         let root = square.sqrt();
-        let (win, sure) = (test.wins(above, root), test.sure(root));
-        let most = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
+        let middle = Row::new::<PERSPECTIVE>(sphere, place.rows[row]).meet::<L, PERSPECTIVE>(sx).1;
+        Told {
+            lose,
+            win: test.wins(above, root),
+            sure: test.sure(root),
+            least: middle.sub(root).sub(L::splat(margins.width)),
+            most: after.meet::<L, PERSPECTIVE>(sx).1.sub(root),
+        }
+    }
+
+    /// Eight pixels from some column and row on, by the bounds that serve depths best, by those that serve silhouettes best, and then exactly.
+    /// Takes and answers with a holder that turned out to be the same sphere.
+    #[inline(always)]
+    fn eight<L: Lanes>(
+        &mut self,
+        [depths, silhouettes]: &[Margins; 2],
+        [first, row]: [usize; 2],
+        mut twin: Option<i32>,
+    ) -> Option<i32> {
+        let index = self.index;
+        let mut told = self.tell::<L>(depths, [first, row]);
+        // Where the sphere has won before, nothing is to be decided.
+        let mut open = !(told.lose | L::same(index, &self.tile.id[row][first..]));
+        let hardly = open & !(told.win | told.sure);
+        if hardly != 0 {
+            let sharp = self.tell::<L>(silhouettes, [first, row]);
+            open &= !(sharp.lose & hardly);
+            told.win |= sharp.win & hardly;
+            told.sure |= sharp.sure & hardly;
+            told.least = L::select(hardly, sharp.least, told.least);
+            told.most = L::select(hardly, sharp.most, told.most);
+            if sharp.win & hardly != 0 {
+                self.tile.widen(2.0 * silhouettes.width);
+            }
+        }
+        let win = open & told.win;
+        let tile = &mut *self.tile;
         if win != 0 {
-            L::select(win, most, high).store(&mut tile.high[row][first..]);
+            L::select(win, told.most, L::load(&tile.high[row][first..])).store(&mut tile.high[row][first..]);
             L::mark(win, index, &mut tile.id[row][first..]);
             tile.stale |= Tile::<SIDE>::block(first, row);
+            open &= !win;
         }
-        // Where the sphere has won before, nothing is to be decided.
-        let mut open = !(win | lose | L::same(index, &tile.id[row][first..]));
-        let mut bounds = None;
+        if open == 0 {
+            return twin;
+        }
+        let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
+        told.least.store(&mut leasts);
+        told.most.store(&mut mosts);
         while open != 0 {
             if let Some(twin) = twin {
                 // Known to be the same sphere, under another index.
@@ -588,16 +667,9 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
             }
             let k = open.trailing_zeros() as usize;
             open &= open - 1;
-            let (leasts, mosts) = bounds.get_or_insert_with(|| {
-                let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
-                let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
-                line.meet::<L, PERSPECTIVE>(sx).1.sub(root).sub(L::splat(margins.width)).store(&mut leasts);
-                most.store(&mut mosts);
-                (leasts, mosts)
-            });
-            let (at, sure) = ([first + k, row], sure >> k & 1 == 1);
+            let (at, sure) = ([first + k, row], told.sure >> k & 1 == 1);
             if M::DECIDES {
-                twin = tile.settle(place, index, at, sure.then_some([leasts[k], mosts[k]])).or(twin);
+                twin = tile.settle(self.place, index, at, sure.then_some([leasts[k], mosts[k]])).or(twin);
             } else {
                 tile.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
             }

@@ -94,19 +94,28 @@ fn silhouette(random: &mut Random) -> [f64; 3] {
     [radius * random.power(-2.0, 12.0), radius, radius * (1.0 - chord * chord).sqrt()]
 }
 
+/// Rays in the outermost part of a sphere's disc, about where hits are solid by the sharpest bounds: their half chords are about 2 sqrt E.
+fn outermost(random: &mut Random) -> [f64; 3] {
+    let (radius, far) = (random.power(-9.0, 3.0), random.power(0.0, 9.0));
+    let square = 1e-14 * far * random.power(0.0, 1.0);
+    [radius * far, radius, radius * (1.0 - square).sqrt()]
+}
+
 fn projected(stage: &Stage, input: Input) -> Projected {
     stage.projector.project(input.center, input.radius)
 }
 
-fn margins(stage: &Stage, s: &Projected) -> Margins {
+/// Of a sphere: those that are used first, and those that make hits solid as near to its silhouette as may be.
+fn margins(stage: &Stage, s: &Projected) -> [Margins; 2] {
+    let screen = stage.projector.screen;
     match stage.perspective {
-        true => Margins::new::<true>(s, stage.projector.screen),
-        false => Margins::new::<false>(s, stage.projector.screen),
+        true => [Margins::new::<true>(s, screen), Margins::sharp::<true>(s, &screen)],
+        false => [Margins::new::<false>(s, screen), Margins::sharp::<false>(s, &screen)],
     }
 }
 
-/// `q`, `b`, and whether the margins are those of a vague sphere.
-fn meet(stage: &Stage, input: Input) -> (Margins, f64, f64) {
+/// The margins, `q` and `b`.
+fn meet(stage: &Stage, input: Input) -> ([Margins; 2], f64, f64) {
     let s = projected(stage, input);
     let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
     let (q, b) = match stage.perspective {
@@ -145,7 +154,7 @@ fn nearest_and_farthest() {
 fn doubt() {
     for projection in BOTH {
         climb("doubt", projection, 4, wide(1.2, 16.0), |stage, input, e| {
-            let (m, q, _) = meet(stage, input);
+            let ([m, _], q, _) = meet(stage, input);
             if m.doubt == f64::INFINITY {
                 return None;
             }
@@ -182,22 +191,23 @@ fn underflow() {
     assert!(lost > 1000, "underflow cost only {lost} inputs anything");
 }
 
-/// `W`: depths of solid hits.
+/// `W`: depths of solid hits, with both margins.
 #[test]
 fn width() {
     for projection in BOTH {
-        climb("width", projection, 5, silhouette, |stage, input, e| {
-            let (m, q, b) = meet(stage, input);
-            if !(q > m.solid) {
-                return None;
-            }
-            assert!(e.q.value() > 0.0, "a solid hit that is none: {input:?}");
-            let (root, y) = (q.sqrt(), [e.b - e.q.sqrt(), e.b + e.q.sqrt()]);
-            let ends = [(b - root, y[0]), (b + root, y[1])].map(|(depth, y)| {
-                // Each end of the interval, as it is rounded.
-                (error(depth - m.width, y) / m.width + 1.0).max(1.0 - error(depth + m.width, y) / m.width)
-            });
-            Some(ends[0].max(ends[1]))
+        let rays = |random: &mut Random| if random.unit() < 0.5 { silhouette(random) } else { outermost(random) };
+        climb("width", projection, 5, rays, |stage, input, e| {
+            let (margins, q, b) = meet(stage, input);
+            let ratio = |m: Margins| {
+                assert!(e.q.value() > 0.0, "a solid hit that is none: {input:?}");
+                let (root, y) = (q.sqrt(), [e.b - e.q.sqrt(), e.b + e.q.sqrt()]);
+                let ends = [(b - root, y[0]), (b + root, y[1])].map(|(depth, y)| {
+                    // Each end of the interval, as it is rounded.
+                    (error(depth - m.width, y) / m.width + 1.0).max(1.0 - error(depth + m.width, y) / m.width)
+                });
+                ends[0].max(ends[1])
+            };
+            margins.into_iter().filter(|m| q > m.solid).map(ratio).reduce(f64::max)
         });
     }
 }
@@ -206,9 +216,10 @@ fn width() {
 #[test]
 fn rim() {
     for projection in BOTH {
-        let ratio = |vague: bool| {
+        let ratio = |which: usize, vague: bool| {
             move |stage: &Stage, input: Input, e: &Exact| {
-                let (m, q, b) = meet(stage, input);
+                let (margins, q, b) = meet(stage, input);
+                let m = margins[which];
                 if q > m.solid || (m.doubt == f64::INFINITY) != vague || e.q.value() < 0.0 {
                     return None;
                 }
@@ -221,13 +232,14 @@ fn rim() {
             let radius = random.power(-6.0, 0.0);
             [radius * random.power(8.0, 12.0), radius, radius * random.between(0.99, 1.0)]
         };
-        climb("rim", projection, 6, rim, ratio(false));
+        climb("rim", projection, 6, rim, ratio(0, false));
+        climb("sharp rim", projection, 17, rim, ratio(1, false));
         // So far away that nothing is certain.
         let vague = |random: &mut Random| {
             let radius = random.power(-9.0, -6.0);
             [radius * random.power(14.0, 17.0), radius, radius * random.unit()]
         };
-        climb("rim of vague spheres", projection, 7, vague, ratio(true));
+        climb("rim of vague spheres", projection, 7, vague, ratio(0, true));
     }
 }
 

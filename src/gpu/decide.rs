@@ -24,6 +24,9 @@ const _: () = assert!(SIDE == LANES, "a row of a tile is one vector");
 /// Below this many tiles, waking other threads costs more than it saves.
 const FEW: usize = 256;
 
+/// So many spheres of a list are asked for before its turn comes.
+const SOON: usize = 2 * LANES;
+
 /// So many spheres of a list are remembered, to know their duplicates.
 const SEEN: usize = 2 * LANES;
 
@@ -44,10 +47,10 @@ pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgroun
     let region = among.projector.region;
     let row_of_tiles = |(tiles, ids): (&[(u32, Pixels)], &mut [i32])| {
         let mut tally = Tally::default();
-        let mut open = Open::default();
+        let (mut open, mut desk) = (Open::default(), Desk::new());
         for &(tile, pixels) in tiles {
             open.begin(tile, columns, pixels);
-            tally += open.look(among);
+            tally += open.look(among, &mut desk);
             open.write(region, backgrounds[tile as usize], ids);
         }
         tally
@@ -70,9 +73,12 @@ pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgroun
         first = row + 1;
     }
     if tiles.len() < FEW {
-        // What is not in the cache is waited for at once, and not tile by tile.
+        // What is not in the cache is waited for at once, and not tile by tile: lists, then what they name first.
         for &(tile, _) in tiles {
-            among.wave.tile(tile as usize).iter().take(LANES).for_each(|&place| among.spheres.prefetch(place));
+            among.wave.prefetch(tile as usize);
+        }
+        for &(tile, _) in tiles {
+            among.wave.tile(tile as usize).iter().take(SOON).for_each(|&place| among.spheres.prefetch(place));
         }
         rows.into_iter().map(row_of_tiles).fold(Default::default(), sum)
     } else {
@@ -105,10 +111,13 @@ impl Undecided {
 
     /// Looks at the spheres of a wave.
     pub fn look(&mut self, among: Among<'_>) -> Tally {
-        self.tiles.par_iter_mut().map(|open| open.look(among)).reduce(Tally::default, |mut a, b| {
-            a += b;
-            a
-        })
+        self.tiles.par_iter_mut().map_init(Desk::new, |desk, open| open.look(among, desk)).reduce(
+            Tally::default,
+            |mut a, b| {
+                a += b;
+                a
+            },
+        )
     }
 
     /// Writes what was decided.
@@ -176,18 +185,91 @@ impl Open {
     }
 
     /// Looks at the tile's list in a wave.
-    fn look(&mut self, among: Among<'_>) -> Tally {
-        tile::dispatch(among.projector.projection, Paint { among, open: self });
+    fn look(&mut self, among: Among<'_>, desk: &mut Desk) -> Tally {
+        tile::dispatch(among.projector.projection, Paint { among, open: self, desk });
         self.state.take_tally()
     }
 }
 
-/// Spheres that may be nearest.
+/// Spheres of a list.
 struct Batch {
     ball: [Ball; LANES],
-    sphere: [Projected; LANES],
+    x: [f64; LANES],
+    y: [f64; LANES],
+    z: [f64; LANES],
+    r: [f64; LANES],
     /// Nothing of the sphere is nearer.
     nearest: [f64; LANES],
+    /// No later sphere of the list begins nearer than this less the disorder.
+    begin: [f64; LANES],
+    /// Which a plane may cut, a bit for each.
+    cut: u8,
+}
+
+impl Batch {
+    /// Nothing yet.
+    fn new() -> Self {
+        let (ball, zeros) = ([Ball { center: DVec3::ZERO, radius: 0.0 }; LANES], [0.0; LANES]);
+        Self { ball, x: zeros, y: zeros, z: zeros, r: zeros, nearest: zeros, begin: zeros, cut: 0 }
+    }
+
+    /// Takes what lies at some places. Returns a bit for each.
+    #[inline(always)]
+    fn take(&mut self, places: &[u32], spheres: Spheres<'_>, projector: &Projector) -> u8 {
+        for (k, &place) in places.iter().enumerate() {
+            let ball = spheres.ball(place);
+            self.ball[k] = ball;
+            (self.x[k], self.y[k], self.z[k]) = ball.center.into();
+            self.r[k] = ball.radius * projector.scale;
+        }
+        projector.turn([&mut self.x, &mut self.y, &mut self.z]);
+        self.cut = 0;
+        for k in 0..LANES {
+            let sphere = self.sphere(k);
+            self.nearest[k] = sphere.nearest();
+            self.begin[k] = self.nearest[k] - sphere.bound();
+            self.cut |= u8::from(projector.cuts(&sphere)) << k;
+        }
+        0xff >> (LANES - places.len())
+    }
+
+    #[inline(always)]
+    fn sphere(&self, k: usize) -> Projected {
+        Projected { x: self.x[k], y: self.y[k], z: self.z[k], r: self.r[k] }
+    }
+
+    #[inline(always)]
+    fn lanes<L: Lanes>(&self) -> [L; 4] {
+        [&self.x, &self.y, &self.z, &self.r].map(|values| L::load(values))
+    }
+}
+
+/// What is at hand while a tile's list is looked at.
+struct Desk {
+    batch: Batch,
+    /// The last spheres that were drawn: a later one that is the same is nowhere seen. Depths of their centres, and indices.
+    depths: [f64; SEEN],
+    indices: [u32; SEEN],
+    balls: [Ball; SEEN],
+}
+
+impl Desk {
+    fn new() -> Self {
+        let batch = Batch::new();
+        Self { depths: [f64::INFINITY; SEEN], indices: [u32::MAX; SEEN], balls: [batch.ball[0]; SEEN], batch }
+    }
+}
+
+/// Which of some numbers is least, of those whose bit is set; NaN is not.
+#[inline(always)]
+fn least(values: &[f64; LANES], mut bits: u8) -> usize {
+    let mut least = bits.trailing_zeros() as usize;
+    while bits != 0 {
+        let k = bits.trailing_zeros() as usize;
+        bits &= bits - 1;
+        least = if values[k] < values[least] { k } else { least };
+    }
+    least
 }
 
 /// Bits `first ..= last` of a row of a tile that begins at `from`; what is NaN reaches the tile's side.
@@ -204,6 +286,7 @@ fn window([first, last]: [f64; 2], from: f64) -> u8 {
 struct Paint<'a> {
     among: Among<'a>,
     open: &'a mut Open,
+    desk: &'a mut Desk,
 }
 
 impl tile::Work for Paint<'_> {
@@ -213,36 +296,40 @@ impl tile::Work for Paint<'_> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) {
         let Among { spheres, projector, wave } = self.among;
         let Spheres { scene, truth, .. } = spheres;
-        let Open { tile, corner, window: [open_columns, open_rows], ref mut state, ref mut farthest, .. } = *self.open;
+        let Open { tile, corner, pixels, window: [open_columns, open_rows], ref mut state, ref mut farthest } =
+            *self.open;
         let [x, y] = corner.map(|at| at as usize);
         let place = Place::new(scene, truth, projector, [x, y]);
         state.begin::<Exact>(&place);
         let disorder = wave.lists().disorder * truth.scale() * (1.0 + 4.0 * f64::EPSILON);
-        let zero = Ball { center: DVec3::ZERO, radius: 0.0 };
-        let mut batch = Batch { ball: [zero; LANES], sphere: [Projected::default(); LANES], nearest: [0.0; LANES] };
-        // The last spheres that were looked at: a later one that is the same is nowhere seen.
-        let mut depths = [f64::INFINITY; SEEN];
-        let mut seen = [(u32::MAX, zero); SEEN];
+        // Most tiles have one open pixel: then spheres are looked at there eight at a time, and drawn from the front if they may be seen.
+        let single = pixels.is_power_of_two().then(|| places(pixels).next()).flatten();
+        let Desk { batch, depths, indices, balls } = self.desk;
+        depths.fill(f64::INFINITY);
+        indices.fill(u32::MAX);
         let mut count = 0;
         let list = wave.tile(tile as usize);
         for (turn, places) in list.chunks(LANES).enumerate() {
             // While these are looked at, the next come.
-            list.iter().skip((turn + 1) * LANES).take(LANES).for_each(|&place| spheres.prefetch(place));
-            places.iter().zip(&mut batch.ball).for_each(|(&place, ball)| *ball = spheres.ball(place));
-            for k in 0..LANES {
-                let s = projector.project(batch.ball[k].center, batch.ball[k].radius);
-                batch.sphere[k] = s;
-                batch.nearest[k] = s.nearest();
+            list.iter().skip(turn * LANES + SOON).take(LANES).for_each(|&place| spheres.prefetch(place));
+            let all = batch.take(places, spheres, projector);
+            let mut fronts = batch.nearest;
+            if let Some(at) = single {
+                Tile::front::<L, PERSPECTIVE>(&place, batch.lanes(), batch.cut, at).store(&mut fronts);
             }
-            for (k, &at) in places.iter().enumerate() {
-                let (sphere, nearest) = (batch.sphere[k], batch.nearest[k]);
-                if nearest > *farthest {
-                    // No later sphere begins nearer than this by more than the disorder, and the roundings of both places.
-                    if nearest - sphere.bound() - disorder > *farthest {
-                        return;
-                    }
-                    continue;
+            let mut left = all;
+            loop {
+                // What begins behind all that is held, or at its only pixel is, or is missed there.
+                left &= !L::splat(*farthest).less(L::load(&batch.nearest));
+                if let Some(at) = single {
+                    left &= !L::splat(state.high(at)).less(L::load(&fronts));
                 }
+                if left == 0 {
+                    break;
+                }
+                let k = if single.is_some() { least(&fronts, left) } else { left.trailing_zeros() as usize };
+                left &= !(1 << k);
+                let sphere = batch.sphere(k);
                 let mut rows_seen = open_rows;
                 // One row is sooner looked at than known to be missed.
                 if !open_rows.is_power_of_two() {
@@ -252,27 +339,31 @@ impl tile::Work for Paint<'_> {
                         continue;
                     }
                 }
-                let (index, ball, z) = (spheres.index(at), batch.ball[k], L::splat(sphere.z));
+                let (index, ball, z) = (spheres.index(places[k]), batch.ball[k], L::splat(sphere.z));
                 let mut again = false;
                 for first in (0..SEEN).step_by(LANES) {
                     let depths = L::load(&depths[first..]);
                     let mut same = !(depths.less(z) | z.less(depths));
                     while same != 0 {
-                        let (earlier, other) = seen[first + same.trailing_zeros() as usize];
+                        let earlier = first + same.trailing_zeros() as usize;
                         same &= same - 1;
-                        again |= earlier < index && other == ball;
+                        again |= indices[earlier] < index && balls[earlier] == ball;
                     }
                 }
                 if again {
                     continue;
                 }
-                (depths[count % SEEN], seen[count % SEEN]) = (sphere.z, (index, ball));
-                count += 1;
-                let (cut, rows) = (projector.cuts(&sphere), (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
+                (depths[count], indices[count], balls[count]) = (sphere.z, index, ball);
+                count = (count + 1) % SEEN;
+                let (cut, rows) = (batch.cut >> k & 1 == 1, (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
                 state.draw::<L, PERSPECTIVE, Exact>(&place, index, &sphere, cut, [0, SIDE - 1], rows);
                 if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place) {
                     *farthest = depth;
                 }
+            }
+            // No later sphere begins nearer than any of these by more than the disorder, and the roundings of both places.
+            if all & L::splat(*farthest).less(L::load(&batch.begin).sub(L::splat(disorder))) != 0 {
+                return;
             }
         }
     }

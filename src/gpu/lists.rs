@@ -11,6 +11,7 @@ use crate::{
     plan::{Lists, TILE},
     project::{Projected, Projector},
     scene::Scene,
+    simd,
 };
 
 /// The place of a sphere on the device.
@@ -111,7 +112,10 @@ impl Spheres<'_> {
     #[inline(always)]
     pub fn prefetch(&self, place: u32) {
         let (block, at) = match self.ordered {
-            Some(ordered) => (&ordered.block, place as usize),
+            Some(ordered) => {
+                simd::prefetch(&ordered.indices, place as usize);
+                (&ordered.block, place as usize)
+            }
             None => self.scene.locate(place as usize),
         };
         block.prefetch(at);
@@ -179,6 +183,12 @@ impl Wave {
             unit: self.unit,
             disorder: self.disorder,
         }
+    }
+
+    /// A hint that the list of a tile is soon to be looked at.
+    pub fn prefetch(&self, tile: usize) {
+        let bins::Lists { starts, entries, .. } = &self.workspace.lists;
+        simd::prefetch(entries, starts[tile] as usize);
     }
 
     /// The list of a tile.
