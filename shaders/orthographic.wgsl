@@ -18,6 +18,21 @@
 // key + slack + 0.59 sqrt(E). As sqrt(E) >= sqrt(20 u) R, two slacks and that are at most doubt = 2 delta_depth + 0.61 sqrt(E) + 14 u |Z|,
 // with room for the roundings of keys compared.
 
+// What all tiles of a frame have in common of the bounds.
+struct Bounds {
+    // E = error.x + R (error.y + R error.z)
+    error: vec3<f32>,
+    // What is in doubt of every depth: 2 delta_depth.
+    doubt: f32,
+}
+
+fn bounds_of(frame: Frame) -> Bounds {
+    return Bounds(
+        SURE * vec3<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, 20.0 * U),
+        SURE * 2.0 * frame.delta_depth,
+    );
+}
+
 // What is the same for all spheres of a tile: asked for once, as a software device would do so again for each.
 struct Eye {
     x: Split,
@@ -28,9 +43,8 @@ struct Eye {
     pitch: vec2<f32>,
     // As in Frame.
     scale: f32,
-    // E = error.x + R (error.y + R error.z)
+    // Those of the frame, see Bounds.
     error: vec3<f32>,
-    // What is in doubt of every depth: 2 delta_depth.
     doubt: f32,
 }
 
@@ -74,7 +88,7 @@ struct Chords {
     bottom: Chord,
 }
 
-fn eye_of(frame: Frame, tile: Tile, at: u32, lane: u32) -> Eye {
+fn eye_of(frame: Frame, bounds: Bounds, tile: Tile, at: u32, lane: u32) -> Eye {
     let offset = vec3<i32>(tile.x, tile.y, tile.z);
     return Eye(
         split(frame.right),
@@ -83,8 +97,8 @@ fn eye_of(frame: Frame, tile: Tile, at: u32, lane: u32) -> Eye {
         offset,
         vec2<f32>(frame.pitch_x, frame.pitch_y),
         frame.scale,
-        SURE * vec3<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, 20.0 * U),
-        SURE * 2.0 * frame.delta_depth,
+        bounds.error,
+        bounds.doubt,
     );
 }
 

@@ -40,6 +40,24 @@
 // that are at most doubt = 2 k^2 delta_depth + 2.84 s delta + 0.62 sqrt(E) + u (|z| (30 k^2 + 24 h k) + 20 lift), with room for the roundings of keys
 // compared and of shift, 8 u lift.
 
+// What all tiles of a frame have in common of the bounds.
+struct Bounds {
+    // E = g (error.x + R (error.y + R (error.z + error.w g)) + weight.x |W|^2 + weight.y g Z^2)
+    error: vec4<f32>,
+    weight: vec2<f32>,
+    // What is in doubt of a depth, but for what hits are late: doubt.x g - doubt.y + doubt.z lift + doubt.w g |z|
+    doubt: vec4<f32>,
+}
+
+fn bounds_of(frame: Frame) -> Bounds {
+    let h = 3.6 * greater(frame.pitch_x, frame.pitch_y);
+    return Bounds(
+        SURE * vec4<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, U * (8.0 + 48.0 * h), 6.0 * U),
+        SURE * U * vec2<f32>(17.4 + h * (6.0 + h * (452.0 + 22.0 * h)), (h * h) * (44.0 + 2.2 * h)),
+        SURE * vec4<f32>(4.84 * frame.delta, 2.13 * frame.delta, 20.0 * U, U * (30.0 + 24.0 * h)),
+    );
+}
+
 // What is the same for all spheres of a tile: asked for once, as a software device would do so again for each.
 struct Eye {
     x: Split,
@@ -58,14 +76,15 @@ struct Eye {
     // Depth of the tile's middle from the camera.
     apart: f32,
     lift: f32,
-    // E = error.x + R (error.y + R error.z) + weight.x |W|^2 + weight.y Z^2
-    error: vec3<f32>,
+    bounds: Bounds,
+    // g
+    spread: f32,
+    // E = spread (bounds.error.x + radius (bounds.error.y + radius steep) + weight.y Z^2) + weight.x |W|^2
+    steep: f32,
     weight: vec2<f32>,
     // What is in doubt of every depth, and besides of each |z|.
     doubt: f32,
     doubt_of_depth: f32,
-    // g >= k
-    spread: f32,
 }
 
 struct Item {
@@ -115,16 +134,18 @@ struct Chords {
     bottom: Chord,
 }
 
-fn eye_of(frame: Frame, tile: Tile, at: u32, lane: u32) -> Eye {
+fn eye_of(frame: Frame, bounds: Bounds, tile: Tile, at: u32, lane: u32) -> Eye {
     let fan = fan_at(at, lane);
     // As far as a tile's rays run to the sides; the roundings are within the factors.
     let pitch = vec2<f32>(frame.pitch_x, frame.pitch_y);
     let size = 3.6 * pitch;
     let far = abs(vec2<f32>(fan.sx, fan.sy)) + size;
-    let h = max(size.x, size.y);
-    let g = 1.0 + 1.001 * (far.x * far.x + far.y * far.y);
+    let along = far.x * size.x + far.y * size.y;
+    let a = (1.0 + fan.sx * fan.sx) + fan.sy * fan.sy;
+    // |d| is less than |d0| and half a tile together, and this above its square.
+    let g = 1.001 * (a + 2.0 * along);
     let apart = f32(frame.base - tile.z) + frame.base_far;
-    let lift = 1.01 * abs(apart) * (far.x * size.x + far.y * size.y);
+    let lift = 1.01 * abs(apart) * along;
     return Eye(
         split(fan.n),
         split(fan.m),
@@ -135,14 +156,15 @@ fn eye_of(frame: Frame, tile: Tile, at: u32, lane: u32) -> Eye {
         frame.scale,
         frame.base,
         frame.base_far,
-        (1.0 + fan.sx * fan.sx) + fan.sy * fan.sy,
+        a,
         apart,
         lift,
-        g * vec3<f32>(SURE * 2.2 * frame.delta * frame.delta, SURE * 2.9 * frame.delta, SURE * U * (8.0 + 48.0 * h + 6.0 * g)),
-        g * vec2<f32>(SURE * U * (17.4 + h * (6.0 + h * (452.0 + 22.0 * h))), g * (h * h) * (SURE * U * (44.0 + 2.2 * h))),
-        (SURE * 4.84 * g - SURE * 2.13) * frame.delta + SURE * 20.0 * U * lift,
-        g * (SURE * U * (30.0 + 24.0 * h)),
+        bounds,
         g,
+        bounds.error.z + bounds.error.w * g,
+        bounds.weight * g,
+        (bounds.doubt.x * g - bounds.doubt.y) + bounds.doubt.z * lift,
+        bounds.doubt.w * g,
     );
 }
 
@@ -204,14 +226,16 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let steep = depth * depth + y * y;
     let square = radius * radius;
     // |W|^2 is known last, and the rest of E before it: software devices wait for the square as little as they can.
-    let round = (eye.error.x + eye.weight.y * (depth * depth)) + radius * (eye.error.y + radius * eye.error.z);
-    let error = round + eye.weight.x * away;
+    let bounds = eye.bounds;
+    let early = eye.spread * ((bounds.error.x + eye.weight.y * (depth * depth)) + radius * (bounds.error.y + radius * eye.steep));
+    let late = eye.weight.x * away;
+    let error = early + late;
     let root = above_root(error);
     let doubt = eye.doubt + (SURE * 0.62 * root + eye.doubt_of_depth * abs(z));
     let slack = 0.5 * (eye.doubt + eye.doubt_of_depth * abs(z))
         + SURE * U * eye.spread * (22.0 * (abs(n) + abs(m)) + 5.5 * radius);
     let even = vec4<f32>(
-        (square * eye.a + round) - away * (1.0 - eye.weight.x),
+        (square * eye.a + early) - (away - late),
         2.0 * (square * sx - (n * depth + w * y)),
         square - steep,
         square - (depth * depth + x * x),

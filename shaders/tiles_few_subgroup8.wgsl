@@ -23,6 +23,7 @@ fn main(
     @builtin(subgroup_invocation_id) lane: u32,
 ) {
     let frame = uniforms;
+    let bounds = bounds_of(frame);
     let first = ((group.y * frame.row + group.x) * 8u + part) * TOGETHER;
     if first >= frame.tiles {
         return;
@@ -30,7 +31,7 @@ fn main(
     // Past the end the last tile is fetched again, and not drawn.
     let at = min(first + lane / 2u, frame.tiles - 1u);
     let tile = tiles[at];
-    let eye = eye_of(frame, tile, at, lane);
+    let eye = eye_of(frame, bounds, tile, at, lane);
     let own = entries[tile.start + min(lane % 2u, max(tile.count, 1u) - 1u)];
     var item = prepare(eye, records[own - frame.first]);
     if lane % 2u >= tile.count {

@@ -8,13 +8,14 @@ fn tile_at(at: u32) -> Tile {
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let frame = uniforms;
+    let bounds = bounds_of(frame);
     let at = (group.y * frame.row + group.x) * 8u + local / 8u;
     if at >= frame.tiles {
         return;
     }
     let column = local % 8u;
     let tile = tile_at(at);
-    let eye = eye_of(frame, tile, at, column);
+    let eye = eye_of(frame, bounds, tile, at, column);
     let pixels = pixels_of(eye, column);
     let ranges = ranges_of(at, pixels);
     var found = nothing();

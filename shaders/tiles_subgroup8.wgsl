@@ -29,9 +29,9 @@ fn visit_of(found: Column, ranges: Ranges, item: Item, entry: u32, lane: u32, pi
     return visit(found, ranges, share(item, there), subgroupShuffle(entry, there), pixels);
 }
 
-fn draw(frame: Frame, at: u32, lane: u32) {
+fn draw(frame: Frame, bounds: Bounds, at: u32, lane: u32) {
     let tile = tile_at(at, lane);
-    let eye = eye_of(frame, tile, at, lane);
+    let eye = eye_of(frame, bounds, tile, at, lane);
     let pixels = pixels_of(eye, lane);
     let ranges = ranges_of(at, pixels);
     var found = nothing();
@@ -80,13 +80,14 @@ fn main(
     @builtin(subgroup_invocation_id) lane: u32,
 ) {
     let frame = uniforms;
+    let bounds = bounds_of(frame);
     var at = ((group.y * frame.row + group.x) * 8u + part) * TOGETHER;
     let end = min(at + TOGETHER, frame.tiles);
     if at >= end {
         return;
     }
     loop {
-        draw(frame, at, lane);
+        draw(frame, bounds, at, lane);
         at += 1u;
         if at >= end {
             break;

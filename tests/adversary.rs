@@ -394,7 +394,8 @@ impl<'a> Probe<'a> {
         let at = || Value::U32(std::iter::once(0).collect());
         let tile = machine.call("tile_at", vec![at()]);
         let frame = machine.read(0)[0].clone();
-        let eye = machine.call("eye_of", vec![frame, tile, at(), at()]);
+        let bounds = machine.call("bounds_of", vec![frame.clone()]);
+        let eye = machine.call("eye_of", vec![frame, bounds, tile, at(), at()]);
         let record = Value::I32(record.into_iter().collect());
         let perspective = self.stage.perspective;
         let (place, lift) = if perspective {

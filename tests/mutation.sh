@@ -194,12 +194,12 @@ more 'GPU, orthographic: doubt / 8' $f 'let doubt = eye.doubt + (SURE' 'let doub
 more 'GPU, orthographic: doubt without what hits are late' $f 'SURE * 0.61 * root' 'SURE * 0.0 * root' '' --test adversary depths
 more 'GPU, orthographic: a guard at the centre' $f 'greater(z - (1.45 * root + doubt), 0.0)' 'greater(z, 0.0)' '' --test adversary settled
 f=shaders/perspective.wgsl
-more 'GPU, perspective: E / 8' $f 'g * vec3<f32>(SURE * 2.2' '0.125 * g * vec3<f32>(SURE * 2.2' '' --test adversary squares
-more 'GPU, perspective: E without the place' $f '2.9 * frame.delta, SURE' '0.0 * frame.delta, SURE' '' --test adversary squares
-more 'GPU, perspective: E without roundings of radii' $f 'SURE * U * (8.0 + 48.0 * h + 6.0 * g)' '0.0 * U' '' --test adversary squares
-more 'GPU, perspective: E without roundings of places' $f 'g * vec2<f32>(SURE * U * (17.4' '0.0 * vec2<f32>(SURE * U * (17.4' '' --test adversary squares
+more 'GPU, perspective: E / 8' $f 'let early = eye.spread' 'let early = 0.125 * eye.spread' '' --test adversary squares
+more 'GPU, perspective: E without the place' $f '2.9 * frame.delta, U' '0.0 * frame.delta, U' '' --test adversary squares
+more 'GPU, perspective: E without roundings of radii' $f 'bounds.error.z + bounds.error.w * g' '0.0' '' --test adversary squares
+more 'GPU, perspective: E without roundings of places' $f 'bounds.weight * g' '0.0 * bounds.weight' '' --test adversary squares
 more 'GPU, perspective: E without the place squared' $f '2.2 * frame.delta * frame.delta' '0.0 * frame.delta' '' --test adversary squares
-more 'GPU, perspective: E is not in the square' $f '(square * eye.a + round) - away * (1.0 - eye.weight.x)' 'square * eye.a - away' '' --test adversary squares
+more 'GPU, perspective: E is not in the square' $f '(square * eye.a + early) - (away - late)' 'square * eye.a - away' '' --test adversary squares
 more 'GPU, perspective: slack / 8' $f 'let slack = 0.5 * (eye.doubt' 'let slack = 0.0625 * (eye.doubt' '' --test adversary depths
 more 'GPU, perspective: spheres begin at the middle' $f 'select(z - radius, -1e30, huge)' 'select(z, -1e30, huge)' '' --test adversary depths
 more 'GPU, perspective: doubt / 8' $f 'eye.doubt + (SURE' '0.125 * eye.doubt + 0.125 * (SURE' '' --test adversary depths
