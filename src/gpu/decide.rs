@@ -22,7 +22,9 @@ const SIDE: usize = TILE as usize;
 const _: () = assert!(SIDE == LANES, "a row of a tile is one vector");
 
 /// Below this many tiles, waking other threads costs more than it saves.
-const FEW: usize = 256;
+const FEW: usize = 32;
+/// So many tiles a thread takes at a time.
+const MANY: usize = 32;
 
 /// So many spheres of a list are asked for before its turn comes.
 const SOON: usize = 2 * LANES;
@@ -45,13 +47,21 @@ pub struct Among<'a> {
 /// sphere of a tile's list is met, `backgrounds` is seen.
 pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
     let region = among.projector.region;
-    let row_of_tiles = |(tiles, ids): (&[(u32, Pixels)], &mut [i32])| {
+    let some_rows = |rows: &mut [(&[(u32, Pixels)], &mut [i32])]| {
         let mut tally = Tally::default();
         let (mut open, mut desk) = (Open::default(), Desk::new());
-        for &(tile, pixels) in tiles {
-            open.begin(tile, columns, pixels);
-            tally += open.look(among, &mut desk);
-            open.write(region, backgrounds[tile as usize], ids);
+        // What is not in the cache is waited for at once, and not tile by tile: lists, then what they name first.
+        let tiles = || rows.iter().flat_map(|row| row.0).map(|tile| tile.0 as usize);
+        tiles().for_each(|tile| among.wave.prefetch(tile));
+        tiles()
+            .flat_map(|tile| among.wave.tile(tile).iter().take(SOON))
+            .for_each(|&place| among.spheres.prefetch(place));
+        for (tiles, ids) in rows {
+            for &(tile, pixels) in *tiles {
+                open.begin(tile, columns, pixels);
+                tally += open.look(among, &mut desk);
+                open.write(region, backgrounds[tile as usize], ids);
+            }
         }
         tally
     };
@@ -73,17 +83,11 @@ pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgroun
         first = row + 1;
     }
     if tiles.len() < FEW {
-        // What is not in the cache is waited for at once, and not tile by tile: lists, then what they name first.
-        for &(tile, _) in tiles {
-            among.wave.prefetch(tile as usize);
-        }
-        for &(tile, _) in tiles {
-            among.wave.tile(tile as usize).iter().take(SOON).for_each(|&place| among.spheres.prefetch(place));
-        }
-        rows.into_iter().map(row_of_tiles).fold(Default::default(), sum)
-    } else {
-        rows.into_par_iter().map(row_of_tiles).reduce(Default::default, sum)
+        return some_rows(&mut rows);
     }
+    let part = (tiles.len() / rayon::current_num_threads()).clamp(1, MANY);
+    let part = (part * rows.len()).div_ceil(tiles.len());
+    rows.par_chunks_mut(part).map(some_rows).reduce(Default::default, sum)
 }
 
 /// The pixels to decide when lists come in waves.
