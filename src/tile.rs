@@ -288,18 +288,33 @@ impl<const SIDE: usize> Tile<SIDE> {
         let mut farthest = L::splat(f64::NEG_INFINITY);
         for row in y..y + BLOCK {
             let high = L::load(&self.high[row][x..]);
-            let depth = if PERSPECTIVE {
-                // From t a back to t.
-                let depth = high.div(length(sx, place.rows[row]));
-                depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(BACK)))
-            } else {
-                high
-            };
             // A pixel outside the region is NaN or negative infinite here and hides nothing.
-            farthest = depth.max(farthest);
+            farthest = Self::depths::<L, PERSPECTIVE>(place, sx, row, high).max(farthest);
         }
         let farthest = if place.projector.screen.has_depths() { farthest.greatest() } else { f64::INFINITY };
         Some((block, farthest))
+    }
+
+    /// The depth behind which nothing is seen at a pixel.
+    #[inline(always)]
+    pub fn farthest<L: Lanes, const PERSPECTIVE: bool>(
+        &self,
+        place: &Place<'_, SIDE>,
+        [column, row]: [usize; 2],
+    ) -> f64 {
+        let [sx, high] = [place.columns[column], self.high[row][column]].map(L::splat);
+        let depths = Self::depths::<L, PERSPECTIVE>(place, sx, row, high);
+        if place.projector.screen.has_depths() { depths.greatest() } else { f64::INFINITY }
+    }
+
+    /// Upper ends of depths times `|dir|^2`, in a row, as depths.
+    #[inline(always)]
+    fn depths<L: Lanes, const PERSPECTIVE: bool>(place: &Place<'_, SIDE>, sx: L, row: usize, high: L) -> L {
+        if !PERSPECTIVE {
+            return high;
+        }
+        let depth = high.div(length(sx, place.rows[row]));
+        depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(BACK)))
     }
 
     /// Of spheres, one in each place of a vector, how near each may be at a pixel, times `|dir|^2`; infinite where it is missed for certain.

@@ -361,7 +361,9 @@ impl tile::Work for Paint<'_> {
                 count = (count + 1) % SEEN;
                 let (cut, rows) = (batch.cut >> k & 1 == 1, (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
                 state.draw::<L, PERSPECTIVE, Exact>(&place, index, &sphere, cut, [0, SIDE - 1], rows);
-                if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place) {
+                if let Some(at) = single {
+                    *farthest = state.farthest::<L, PERSPECTIVE>(&place, at);
+                } else if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place) {
                     *farthest = depth;
                 }
             }

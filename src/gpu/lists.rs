@@ -185,10 +185,13 @@ impl Wave {
         }
     }
 
-    /// A hint that the list of a tile is soon to be looked at.
+    /// A hint that the first of a tile's list are soon to be looked at.
     pub fn prefetch(&self, tile: usize) {
         let bins::Lists { starts, entries, .. } = &self.workspace.lists;
-        simd::prefetch(entries, starts[tile] as usize);
+        let start = starts[tile] as usize;
+        for at in [0, 16, 32] {
+            simd::prefetch(entries, start + at);
+        }
     }
 
     /// The list of a tile.
