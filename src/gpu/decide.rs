@@ -43,11 +43,14 @@ pub struct Among<'a> {
     pub wave: &'a Wave,
 }
 
+/// Tiles of a row of tiles, and the ids of all its pixels.
+type RowOfTiles<'a> = (&'a [(u32, Pixels)], &'a mut [i32]);
+
 /// Decides all that is left over in some tiles of a region, given in ascending order and `columns` to a row, when the lists are whole. Where no
 /// sphere of a tile's list is met, `backgrounds` is seen.
 pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
     let region = among.projector.region;
-    let some_rows = |rows: &mut [(&[(u32, Pixels)], &mut [i32])]| {
+    let some_rows = |rows: &mut [RowOfTiles<'_>]| {
         let mut tally = Tally::default();
         let (mut open, mut desk) = (Open::default(), Desk::new());
         // What is not in the cache is waited for at once, and not tile by tile: lists, then what they name first.
