@@ -4,6 +4,8 @@
 //! f32 on a GPU likewise, each device's filter alone, each device as it is, and exact decisions for everything. All in one run,
 //! in turn. Ids are compared with [`super::reference`], depths with the exact distance.
 
+use std::time::{Duration, Instant};
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -31,7 +33,8 @@ use glam::DVec3;
 pub struct Settings {
     /// Size of the pictures.
     pub image: ImageSize,
-    /// Timed pictures of each scene and method, after one that is not.
+    /// Timed pictures of each scene and method, after one that is not; three times as many pairs for the price, and more where that takes no
+    /// four seconds.
     pub frames: usize,
     /// Few and small scenes.
     pub quick: bool,
@@ -575,6 +578,9 @@ fn everything_exact(made: &Made, truth: &Truth, region: Region, exact: &[i32], s
     row
 }
 
+/// The price on a scene is measured for as long at least.
+const LONG_ENOUGH: Duration = Duration::from_secs(4);
+
 /// What the price is measured on.
 struct Subject {
     made: Made,
@@ -625,9 +631,12 @@ fn price(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<(Vec<Price>, 
         for contender in &settings.devices {
             let mut device = Device::open(&contender.choice)?;
             let (mut full, mut plain) = (Samples::default(), Samples::default());
-            // Small differences want many repetitions; the order within a pair changes from one to the next.
-            for step in 0..=3 * settings.frames {
-                let view = View::new(moved(&made.camera, image, stride * step), image);
+            // Small differences want many repetitions, most of all where pictures are drawn fast; the order within a pair changes from one
+            // to the next, and the views are those of the first pairs again and again.
+            let (least, begin) = (3 * settings.frames, Instant::now());
+            let enough = |step: usize| step > least && (settings.quick || begin.elapsed() >= LONG_ENOUGH);
+            for step in (0..).take_while(|&step| !enough(step)) {
+                let view = View::new(moved(&made.camera, image, stride * (step % (least + 1))), image);
                 let mut warm = (Samples::default(), Samples::default());
                 let (full, plain) = if step == 0 { (&mut warm.0, &mut warm.1) } else { (&mut full, &mut plain) };
                 for turn in 0..2 {

@@ -107,7 +107,7 @@ struct AccuracyArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<ImageSize>,
 
-    /// Timed pictures of each scene by each method
+    /// Timed pictures of each scene by each method; for the price three times as many pairs, and more where that takes no four seconds
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = parse_repetitions)]
     frames: usize,
 
