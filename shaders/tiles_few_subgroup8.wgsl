@@ -24,7 +24,7 @@ fn main(
 ) {
     let frame = uniforms;
     let bounds = bounds_of(frame);
-    let first = ((group.y * frame.row + group.x) * 8u + part) * TOGETHER;
+    let first = (group.y * frame.row + group.x) * TOGETHER + part * 4u;
     if first >= frame.tiles {
         return;
     }

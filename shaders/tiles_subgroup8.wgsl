@@ -72,8 +72,8 @@ fn draw(frame: Frame, bounds: Bounds, at: u32, lane: u32) {
     settle_column(tile, lane, found, doubt);
 }
 
-// What is the same for all tiles of a subgroup is found once.
-@compute @workgroup_size(64)
+// What is the same for all tiles of a subgroup is found once for eight.
+@compute @workgroup_size(32)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(subgroup_id) part: u32,
@@ -81,8 +81,8 @@ fn main(
 ) {
     let frame = uniforms;
     let bounds = bounds_of(frame);
-    var at = ((group.y * frame.row + group.x) * 8u + part) * TOGETHER;
-    let end = min(at + TOGETHER, frame.tiles);
+    var at = (group.y * frame.row + group.x) * TOGETHER + part * 8u;
+    let end = min(at + 8u, frame.tiles);
     if at >= end {
         return;
     }

@@ -72,8 +72,8 @@ const FRESH = 0x80000000u;
 const LAST = 0x40000000u;
 const SLOT = 0x3fffffffu;
 
-// Tiles that a subgroup of 8 draws in turn.
-const TOGETHER = 4u;
+// Tiles of a workgroup, where subgroups of 8 draw several in turn.
+const TOGETHER = 32u;
 
 // A depth behind every other.
 const NEVER = 1e36;

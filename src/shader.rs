@@ -34,8 +34,8 @@ pub struct Variant {
 
 /// Entries of lists that are short.
 pub const FEW: u32 = 2;
-/// So many tiles are drawn by one subgroup, with [`Lanes::Eight`].
-pub const TILES_TOGETHER: u32 = 4;
+/// So many tiles are drawn by one workgroup, with [`Lanes::Eight`].
+pub const TILES_TOGETHER: u32 = 32;
 
 /// Bindings of group 0 that are not in every variant.
 pub const STATES: u32 = 5;

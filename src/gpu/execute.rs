@@ -178,8 +178,8 @@ impl Executor {
         if has(PLANES) {
             self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
         }
-        let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { 1 };
-        let groups = (tiles.len() as u32).div_ceil(TILE * together);
+        let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { TILE };
+        let groups = (tiles.len() as u32).div_ceil(together);
         let row = groups.min(self.workgroups);
         let frame = plan::Frame { first: chunk.range.start as u32, tiles: tiles.len() as u32, row, ..frame };
         self.frame.write(device, queue, &[frame]);
