@@ -105,7 +105,8 @@ pub struct Times {
     pub render: f64,
     /// Ids back from the device; 0 on the CPU.
     pub read_back: f64,
-    /// Decisions for the pixels that the GPU's filter left over; on the CPU part of `render`.
+    /// Decisions for the pixels that the GPU's filter left over, where they are made as ids come back the mean of all threads; on the CPU part
+    /// of `render`.
     pub decide: f64,
 }
 

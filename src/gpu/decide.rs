@@ -2,6 +2,14 @@
 //!
 //! As the native device draws, see [`crate::tile`]: so lists may come in any order and in any number of waves.
 
+use std::{
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,9 +29,7 @@ use crate::{
 const SIDE: usize = TILE as usize;
 const _: () = assert!(SIDE == LANES, "a row of a tile is one vector");
 
-/// Below this many tiles, waking other threads costs more than it saves.
-const FEW: usize = 32;
-/// So many tiles a thread takes at a time.
+/// So many tiles a thread decides at a time, at most.
 const MANY: usize = 32;
 
 /// So many spheres of a list are asked for before its turn comes.
@@ -46,11 +52,40 @@ pub struct Among<'a> {
 /// Tiles of a row of tiles, and the ids of all its pixels.
 type RowOfTiles<'a> = (&'a [(u32, Pixels)], &'a mut [i32]);
 
-/// Decides all that is left over in some tiles of a region, given in ascending order and `columns` to a row, when the lists are whole. Where no
-/// sphere of a tile's list is met, `backgrounds` is seen.
-pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgrounds: &[i32], ids: &mut [i32]) -> Tally {
-    let region = among.projector.region;
-    let some_rows = |rows: &mut [RowOfTiles<'_>]| {
+/// What is left over in a band, when lists are whole; `columns` tiles to a row. Where no sphere of a tile's list is met, `backgrounds` is seen.
+#[derive(Clone, Copy)]
+pub struct LeftOver<'a> {
+    /// What decides.
+    pub among: Among<'a>,
+    /// Tiles in a row of the band.
+    pub columns: u32,
+    /// By tile of the band.
+    pub backgrounds: &'a [i32],
+}
+
+impl LeftOver<'_> {
+    /// Decides some tiles, given in ascending order, on all threads.
+    pub fn decide(&self, tiles: &[(u32, Pixels)], ids: &mut [i32]) -> Tally {
+        let mut rows = self.rows(tiles, 0, ids);
+        let part = (tiles.len() / rayon::current_num_threads()).clamp(1, MANY);
+        let part = (part * rows.len()).div_ceil(tiles.len().max(1)).max(1);
+        rows.par_chunks_mut(part).map(|rows| self.decide_rows(rows)).reduce(Tally::default, add)
+    }
+
+    /// Splits the ids of some rows of tiles.
+    fn rows<'a>(&self, tiles: &'a [(u32, Pixels)], first_row: u32, ids: &'a mut [i32]) -> Vec<RowOfTiles<'a>> {
+        let all = self.among.projector.region.width as usize * SIDE;
+        let mut rows_of_ids = ids.chunks_mut(all).zip(first_row..);
+        let row_of = |tile: u32| tile / self.columns;
+        let of_row = |tiles: &'a [(u32, Pixels)]| {
+            let (ids, _) = rows_of_ids.find(|&(_, row)| row == row_of(tiles[0].0))?;
+            Some((tiles, ids))
+        };
+        tiles.chunk_by(|a, b| row_of(a.0) == row_of(b.0)).filter_map(of_row).collect()
+    }
+
+    fn decide_rows(&self, rows: &mut [RowOfTiles<'_>]) -> Tally {
+        let Self { among, columns, backgrounds } = *self;
         let mut tally = Tally::default();
         let (mut open, mut desk) = (Open::default(), Desk::new());
         // What is not in the cache is waited for at once, and not tile by tile: lists, then what they name first.
@@ -63,34 +98,69 @@ pub fn decide(among: Among<'_>, tiles: &[(u32, Pixels)], columns: u32, backgroun
             for &(tile, pixels) in *tiles {
                 open.begin(tile, columns, pixels);
                 tally += open.look(among, &mut desk);
-                open.write(region, backgrounds[tile as usize], ids);
+                open.write(among.projector.region, backgrounds[tile as usize], ids);
             }
         }
         tally
-    };
-    let sum = |mut a: Tally, b: Tally| {
-        a += b;
-        a
-    };
-    let mut rows = Vec::new();
-    let mut rest = ids;
-    let mut first = 0;
-    for tiles in tiles.chunk_by(|a, b| a.0 / columns == b.0 / columns) {
-        let row = tiles[0].0 / columns;
-        let below = rest.split_off_mut(..(row - first) as usize * SIDE * region.width as usize);
-        debug_assert!(below.is_some());
-        let height = SIDE.min((region.height - row * TILE) as usize);
-        if let Some(ids) = rest.split_off_mut(..height * region.width as usize) {
-            rows.push((tiles, ids));
+    }
+}
+
+/// Decides what is left over while pixels are put into place, a few tiles at a time: no thread waits for another then.
+pub struct AtOnce<'a> {
+    left_over: LeftOver<'a>,
+    /// Where more pixels are left over, the host draws all.
+    most: usize,
+    seen: AtomicUsize,
+    done: Mutex<Done>,
+}
+
+/// What was decided at once.
+#[derive(Clone, Copy, Default)]
+pub struct Done {
+    /// How.
+    pub tally: Tally,
+    /// How many pixels.
+    pub pixels: usize,
+    /// Time of all threads together.
+    pub spent: Duration,
+}
+
+impl<'a> AtOnce<'a> {
+    /// Nothing yet.
+    pub fn new(left_over: LeftOver<'a>, most: usize) -> Self {
+        Self { left_over, most, seen: AtomicUsize::new(0), done: Mutex::default() }
+    }
+
+    /// Decides the tiles of some rows of tiles, in ascending order, of which `ids` are all pixels: unless there are many, which are to be
+    /// shared out. Returns whether it did.
+    pub fn decide(&self, tiles: &[(u32, Pixels)], first_row: u32, ids: &mut [i32]) -> bool {
+        let pixels = count(tiles);
+        if self.seen.fetch_add(pixels, Ordering::Relaxed) + pixels > self.most || tiles.len() > MANY {
+            return false;
         }
-        first = row + 1;
+        let begin = Instant::now();
+        let tally = self.left_over.decide_rows(&mut self.left_over.rows(tiles, first_row, ids));
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        done.tally += tally;
+        done.pixels += pixels;
+        done.spent += begin.elapsed();
+        true
     }
-    if tiles.len() < FEW {
-        return some_rows(&mut rows);
+
+    /// What was decided.
+    pub fn done(&self) -> Done {
+        *self.done.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    let part = (tiles.len() / rayon::current_num_threads()).clamp(1, MANY);
-    let part = (part * rows.len()).div_ceil(tiles.len());
-    rows.par_chunks_mut(part).map(some_rows).reduce(Default::default, sum)
+}
+
+/// How many pixels are open.
+pub fn count(tiles: &[(u32, Pixels)]) -> usize {
+    tiles.iter().map(|tile| tile.1.count_ones() as usize).sum()
+}
+
+fn add(mut a: Tally, b: Tally) -> Tally {
+    a += b;
+    a
 }
 
 /// The pixels to decide when lists come in waves.
@@ -118,13 +188,7 @@ impl Undecided {
 
     /// Looks at the spheres of a wave.
     pub fn look(&mut self, among: Among<'_>) -> Tally {
-        self.tiles.par_iter_mut().map_init(Desk::new, |desk, open| open.look(among, desk)).reduce(
-            Tally::default,
-            |mut a, b| {
-                a += b;
-                a
-            },
-        )
+        self.tiles.par_iter_mut().map_init(Desk::new, |desk, open| open.look(among, desk)).reduce(Tally::default, add)
     }
 
     /// Writes what was decided.

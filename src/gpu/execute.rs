@@ -24,6 +24,8 @@ use crate::{
 /// A device that does not answer for as long is lost.
 const PATIENCE: Duration = Duration::from_secs(600);
 
+const SIDE: usize = TILE as usize;
+
 struct Pipeline {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
@@ -316,22 +318,62 @@ pub const BACKGROUND: u32 = u32::MAX;
 /// See [`BACKGROUND`].
 pub const HOST: u32 = u32::MAX - 1;
 
-/// Puts the pixels of all tiles into their places, every one of them: of tile `t` those at `slots[t]` in `found`, and `backgrounds[t]` where
-/// nothing was found. Returns the tiles in which something is undecided in ascending order, and which pixels of each.
-pub fn fill(
-    ids: &mut [MaybeUninit<i32>],
-    region: Region,
-    columns: u32,
-    slots: &[u32],
-    backgrounds: &[i32],
-    found: &[i32],
-    spheres: Spheres<'_>,
-) -> Vec<(u32, Pixels)> {
-    const SIDE: usize = TILE as usize;
-    let (width, columns) = (region.width as usize, columns as usize);
-    let left_over = Mutex::new(Vec::new());
-    let rows_of_tiles = ids.chunks_mut(width * SIDE).zip(slots.chunks(columns).zip(backgrounds.chunks(columns)));
-    pool::each_of(rows_of_tiles.enumerate(), |(row_of_tiles, (ids, (slots, backgrounds)))| {
+/// So many rows of tiles a thread puts into place at a time, at most: then what is left over in them is decided together.
+const ROWS: usize = 8;
+
+/// What is known of a band when the device is done.
+#[derive(Clone, Copy)]
+pub struct Answers<'a> {
+    /// The band.
+    pub region: Region,
+    /// Tiles in a row.
+    pub columns: u32,
+    /// Where the pixels of each tile lie among those brought back; or [`BACKGROUND`], or [`HOST`].
+    pub slots: &'a [u32],
+    /// What is seen of each tile where nothing was found.
+    pub backgrounds: &'a [i32],
+    /// What is drawn.
+    pub spheres: Spheres<'a>,
+}
+
+impl Answers<'_> {
+    /// Puts all pixels into their places in `ids`, with those `found` by the device. Where something is left over in some rows of tiles, `at_once`
+    /// may decide it: it is given the tiles in ascending order, the first row of tiles, and the ids of all the rows, and says whether it did.
+    /// Returns all other tiles in which something is left over, in ascending order, and which pixels of each.
+    pub fn fill(
+        &self,
+        ids: &mut [MaybeUninit<i32>],
+        found: &[i32],
+        at_once: impl Fn(&[(u32, Pixels)], u32, &mut [i32]) -> bool + Sync,
+    ) -> Vec<(u32, Pixels)> {
+        let (width, columns) = (self.region.width as usize, self.columns as usize);
+        let left_over = Mutex::new(Vec::new());
+        // Four pieces a thread, as some are sooner done than others.
+        let rows = (self.slots.len() / columns / (4 * rayon::current_num_threads())).clamp(1, ROWS);
+        pool::each_of(ids.chunks_mut(width * SIDE * rows).enumerate(), |(piece, ids)| {
+            let mut open = Vec::new();
+            for (row, ids) in ids.chunks_mut(width * SIDE).enumerate() {
+                self.fill_row(piece * rows + row, ids, found, &mut open);
+            }
+            if open.is_empty() {
+                return;
+            }
+            // SAFETY: `fill_row` wrote all of each row.
+            let ids = unsafe { ids.assume_init_mut() };
+            if !at_once(&open, (piece * rows) as u32, ids) {
+                left_over.lock().unwrap_or_else(PoisonError::into_inner).append(&mut open);
+            }
+        });
+        let mut left_over = left_over.into_inner().unwrap_or_else(PoisonError::into_inner);
+        left_over.sort_unstable();
+        left_over
+    }
+
+    /// Writes all pixels of a row of tiles, and appends what is left over there.
+    fn fill_row(&self, row: usize, ids: &mut [MaybeUninit<i32>], found: &[i32], open: &mut Vec<(u32, Pixels)>) {
+        let (width, columns) = (self.region.width as usize, self.columns as usize);
+        let of_row = row * columns..(row + 1) * columns;
+        let (slots, backgrounds) = (&self.slots[of_row.clone()], &self.backgrounds[of_row]);
         // First what lies behind all else, by whole rows of pixels, as memory likes it; what the device found follows while that is in the cache.
         let mut runs: Vec<(usize, i32)> = Vec::new();
         for (column, (&slot, &background)) in slots.iter().zip(backgrounds).enumerate() {
@@ -353,30 +395,25 @@ pub fn fill(
         for (column, &slot) in slots.iter().enumerate().filter(|(_, slot)| **slot != BACKGROUND) {
             let first = column * SIDE;
             let across = SIDE.min(width - first);
-            let mut open = u64::MAX;
+            let mut pixels = Pixels::MAX;
             if slot != HOST {
                 let found = &found[slot as usize * TILE_PIXELS..][..TILE_PIXELS];
                 for (row, ids) in ids.chunks_mut(width).enumerate() {
                     for (id, column) in ids[first..first + across].iter_mut().zip(found.chunks_exact(SIDE)) {
                         let place = column[row];
                         if place != NONE {
-                            id.write(if place < 0 { UNDECIDED } else { spheres.index(place as u32) as i32 });
+                            id.write(if place < 0 { UNDECIDED } else { self.spheres.index(place as u32) as i32 });
                         }
                     }
                 }
                 if found.iter().all(|&place| place >= NONE) {
                     continue;
                 }
-                open = found.iter().rev().fold(0, |open, &place| open << 1 | u64::from(place < NONE));
+                pixels = found.iter().rev().fold(0, |open, &place| open << 1 | Pixels::from(place < NONE));
             }
-            let tile = (row_of_tiles * columns + column) as u32;
-            let open = (tile, open & inside(across, height));
-            left_over.lock().unwrap_or_else(PoisonError::into_inner).push(open);
+            open.push(((row * columns + column) as u32, pixels & inside(across, height)));
         }
-    });
-    let mut left_over = left_over.into_inner().unwrap_or_else(PoisonError::into_inner);
-    left_over.sort_unstable();
-    left_over
+    }
 }
 
 /// Some pixels of a tile, column by column, a bit for each.
@@ -385,6 +422,6 @@ const _: () = assert!(TILE_PIXELS == Pixels::BITS as usize);
 
 /// The pixels of a tile in its first columns and rows.
 fn inside(across: usize, height: usize) -> Pixels {
-    let column = 0xff >> (TILE as usize - height);
-    (0..across).fold(0, |pixels, k| pixels | column << (k * TILE as usize))
+    let column = 0xff >> (SIDE - height);
+    (0..across).fold(0, |pixels, k| pixels | column << (k * SIDE))
 }

@@ -38,9 +38,12 @@ use crate::{
     shader::{FEW, Lanes},
     tile::Exact,
 };
-use decide::{Among, Undecided};
-use execute::{BACKGROUND, Executor, HOST, Pixels, fill};
+use decide::{Among, AtOnce, Done, LeftOver, Undecided};
+use execute::{Answers, BACKGROUND, Executor, HOST, Pixels};
 use lists::{Spheres, These, Uncovered, Wave};
+
+/// Where more than one pixel in so many is left over, the host sooner draws all.
+const HOPELESS: usize = 8;
 
 /// Spheres on the device: consecutive, as many as one binding holds.
 struct Chunk {
@@ -371,36 +374,52 @@ impl Gpu {
         };
         let start = drawing.ids.len();
         drawing.ids.reserve(region.pixels());
+        let ids = &mut drawing.ids.spare_capacity_mut()[..region.pixels()];
+        let answers = Answers { region, columns: band.columns, slots: &slot_of, backgrounds: &backgrounds, spheres };
+        let decide = decide && self.executor.certain;
         let mut left_over = Vec::new();
+        let mut done = Done::default();
         self.guarded(|gpu| {
-            let ids = &mut drawing.ids.spare_capacity_mut()[..region.pixels()];
+            // Lists of several waves are gone.
+            let projector = projector.as_ref().filter(|_| decide && waves == 1);
+            let at_once = projector.map(|projector| {
+                let among = Among { spheres, projector, wave: &gpu.wave };
+                let left_over = LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
+                AtOnce::new(left_over, region.pixels() / HOPELESS)
+            });
             gpu.executor.read_back(places, |found| {
-                left_over = fill(ids, region, band.columns, &slot_of, &backgrounds, found, spheres);
-            })
+                left_over = answers.fill(ids, found, |tiles, first_row, ids| {
+                    at_once.as_ref().is_some_and(|at_once| at_once.decide(tiles, first_row, ids))
+                });
+            })?;
+            done = at_once.map_or(done, |at_once| at_once.done());
+            Ok(())
         })?;
         // SAFETY: reserved above, and `fill` wrote all; `read_back` calls it unless it fails.
         unsafe { drawing.ids.set_len(start + region.pixels()) };
         let ids = &mut drawing.ids[start..];
-        drawing.times.read_back += since(begin);
-        if decide && self.executor.certain && !left_over.is_empty() {
+        let decided = done.spent.as_secs_f64() * 1e3 / rayon::current_num_threads() as f64;
+        drawing.times.read_back += since(begin) - decided;
+        drawing.times.decide += decided;
+        if decide && !left_over.is_empty() {
             let begin = Instant::now();
-            let pixels: usize = left_over.iter().map(|tile| tile.1.count_ones() as usize).sum();
-            // Lists of several waves are gone.
-            let tally = match projector.filter(|_| waves == 1) {
-                _ if pixels * 8 > region.pixels() => {
+            done.pixels += decide::count(&left_over);
+            match projector.filter(|_| waves == 1) {
+                _ if done.pixels > region.pixels() / HOPELESS => {
                     self.rest = if region == drawing.region { self.effort.rest } else { 0 };
-                    self.draw_on_host(spheres, region, ids)?
+                    done.tally = self.draw_on_host(spheres, region, ids)?;
                 }
                 Some(projector) => {
                     let among = Among { spheres, projector: &projector, wave: &self.wave };
-                    decide::decide(among, &left_over, band.columns, &backgrounds, ids)
+                    let tiles = LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
+                    done.tally += tiles.decide(&left_over, ids);
                 }
-                None => self.decide_again(spheres, &left_over, region, &band, ids),
-            };
-            drawing.counts.undecided += pixels;
-            drawing.counts.exact += tally.big as usize;
+                None => done.tally += self.decide_again(spheres, &left_over, region, &band, ids),
+            }
             drawing.times.decide += since(begin);
         }
+        drawing.counts.undecided += done.pixels;
+        drawing.counts.exact += done.tally.big as usize;
         Ok(())
     }
 
