@@ -5,14 +5,14 @@
 
 use std::{
     marker::PhantomData,
-    ops::Range,
     sync::{
-        Arc, OnceLock,
+        OnceLock,
         atomic::{AtomicU64, Ordering},
     },
 };
 
 use bytemuck::Pod;
+use bytes::Bytes;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -34,14 +34,13 @@ pub struct Sphere {
 
 /// A typed run of numbers inside shared bytes: a `Vec`, or part of a mapped file.
 pub struct Column<T> {
-    bytes: Arc<dyn AsRef<[u8]> + Send + Sync>,
-    range: Range<usize>,
+    bytes: Bytes,
     kind: PhantomData<T>,
 }
 
 impl<T> Clone for Column<T> {
     fn clone(&self) -> Self {
-        Self { bytes: Arc::clone(&self.bytes), range: self.range.clone(), kind: PhantomData }
+        Self { bytes: self.bytes.clone(), kind: PhantomData }
     }
 }
 
@@ -54,26 +53,29 @@ impl<T: Pod> AsRef<[u8]> for Owned<T> {
     }
 }
 
-impl<T: Pod + Send + Sync> Column<T> {
+impl<T: Pod + Send> Column<T> {
     /// Takes `count` numbers at byte `offset` of `bytes`, in place. They must lie inside and be aligned, or there is no column.
-    pub fn in_bytes(bytes: Arc<dyn AsRef<[u8]> + Send + Sync>, offset: usize, count: usize) -> Option<Self> {
+    pub fn in_bytes(bytes: &Bytes, offset: usize, count: usize) -> Option<Self> {
         let end = offset.checked_add(count.checked_mul(size_of::<T>())?)?;
-        let part = (*bytes).as_ref().get(offset..end)?;
+        let part = bytes.get(offset..end)?;
+        if part.is_empty() {
+            // Bytes of which there are none may lie anywhere.
+            return Some(Vec::new().into());
+        }
         bytemuck::try_cast_slice::<u8, T>(part).ok()?;
-        Some(Self { bytes, range: offset..end, kind: PhantomData })
+        Some(Self { bytes: bytes.slice(offset..end), kind: PhantomData })
     }
 
     /// The numbers.
     #[inline]
     pub fn as_slice(&self) -> &[T] {
-        bytemuck::cast_slice(&(*self.bytes).as_ref()[self.range.clone()])
+        bytemuck::cast_slice(&self.bytes)
     }
 }
 
-impl<T: Pod + Send + Sync> From<Vec<T>> for Column<T> {
+impl<T: Pod + Send> From<Vec<T>> for Column<T> {
     fn from(values: Vec<T>) -> Self {
-        let end = size_of_val(values.as_slice());
-        Self { bytes: Arc::new(Owned(values)), range: 0..end, kind: PhantomData }
+        Self { bytes: Bytes::from_owner(Owned(values)), kind: PhantomData }
     }
 }
 

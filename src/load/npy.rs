@@ -3,8 +3,9 @@
 //! Little-endian f4, f8 and u1 in C order are taken as they lie in the file; everything else is refused in words.
 //! This file knows nothing of scenes. The format: NEP 1, "A simple file format for NumPy arrays".
 
-use std::{fs::File, io, path::Path, sync::Arc};
+use std::{fs::File, io, path::Path};
 
+use bytes::Bytes;
 use memmap2::Mmap;
 
 use crate::scene::{Column, Reals};
@@ -111,7 +112,7 @@ impl From<io::Error> for NpyError {
 
 /// A mapped array.
 pub struct Array {
-    bytes: Arc<dyn AsRef<[u8]> + Send + Sync>,
+    bytes: Bytes,
     /// Byte at which the numbers begin.
     offset: usize,
     kind: Kind,
@@ -133,12 +134,12 @@ impl Array {
         // the program runs; the README says so. A file that is cut short meanwhile ends the program, it cannot
         // corrupt it.
         let map = unsafe { Mmap::map(&file)? };
-        Self::from_bytes(Arc::new(map))
+        Self::from_bytes(Bytes::from_owner(map))
     }
 
     /// Reads the header of bytes that are already in memory.
-    fn from_bytes(bytes: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Result<Self, NpyError> {
-        let whole: &[u8] = (*bytes).as_ref();
+    fn from_bytes(bytes: Bytes) -> Result<Self, NpyError> {
+        let whole: &[u8] = &bytes;
         let (header, offset) = header_of(whole)?;
         let descr = value_of(header, "descr").and_then(quoted);
         let Some(descr) = descr else {
@@ -214,8 +215,8 @@ impl Array {
         count: usize,
         read: fn([u8; N]) -> T,
     ) -> Column<T> {
-        Column::in_bytes(Arc::clone(&self.bytes), self.offset, count).unwrap_or_else(|| {
-            let numbers = (*self.bytes).as_ref()[self.offset..].as_chunks::<N>().0;
+        Column::in_bytes(&self.bytes, self.offset, count).unwrap_or_else(|| {
+            let numbers = self.bytes[self.offset..].as_chunks::<N>().0;
             numbers.iter().map(|&bytes| read(bytes)).collect::<Vec<_>>().into()
         })
     }
@@ -269,7 +270,7 @@ mod tests {
         bytes.extend((header.len() as u16).to_le_bytes());
         bytes.extend(header.bytes());
         bytes.extend(data);
-        Array::from_bytes(Arc::new(bytes))
+        Array::from_bytes(bytes.into())
     }
 
     #[test]
@@ -318,7 +319,7 @@ mod tests {
             b"\x93NUMPY\x01\x00\xff\xff",
             b"\x93NUMPY\x09\x00\x00\x00",
         ] {
-            assert!(matches!(Array::from_bytes(Arc::new(bytes)), Err(NpyError::Format(_))));
+            assert!(matches!(Array::from_bytes(bytes.into()), Err(NpyError::Format(_))));
         }
     }
 

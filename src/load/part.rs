@@ -1,7 +1,8 @@
 //! Reads parts of pictures: NumPy archives as [`crate::part::write`] describes them, mapped, checked once from end to end.
 
-use std::{fs::File, io, ops::Range, path::Path, sync::Arc};
+use std::{fs::File, io, ops::Range, path::Path};
 
+use bytes::Bytes;
 use glam::DVec3;
 use memmap2::Mmap;
 use rayon::prelude::*;
@@ -33,7 +34,7 @@ pub fn part(path: &Path) -> Result<Part, LoadError> {
         io::ErrorKind::NotFound => LoadError::of_file(&name, "no such file", "correct the name of the part"),
         _ => LoadError::of_file(&name, error, "make the file readable"),
     })?;
-    read(&name, Arc::new(map)).map_err(|(problem, fix)| LoadError::of_file(&name, problem, fix))
+    read(&name, Bytes::from_owner(map)).map_err(|(problem, fix)| LoadError::of_file(&name, problem, fix))
 }
 
 fn map(path: &Path) -> io::Result<Mmap> {
@@ -46,8 +47,8 @@ fn map(path: &Path) -> io::Result<Mmap> {
     unsafe { Mmap::map(&file) }
 }
 
-fn read(name: &str, bytes: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Result<Part, Problem> {
-    let whole: &[u8] = (*bytes).as_ref();
+fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
+    let whole: &[u8] = &bytes;
     let archive = ZipArchive::new(io::Cursor::new(whole)).map_err(|error| damaged(&error))?;
     let mut archive = Archive { archive, whole };
     let [version] = archive.integers("version", &[])?;
@@ -69,7 +70,7 @@ fn read(name: &str, bytes: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Result<Part, P
     if pixels.shape != [height as usize, width as usize] || pixels.data.len() != length {
         return Err(wrong("pixels"));
     }
-    let pixels = Pixels { bytes: Arc::clone(&bytes), offset: pixels.data.start, wide };
+    let pixels = Pixels { bytes: bytes.slice(pixels.data), wide };
 
     let indices = archive.entry("indices")?;
     let [count] = indices.shape[..] else { return Err(wrong("indices")) };

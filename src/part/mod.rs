@@ -12,7 +12,9 @@
 pub mod merge;
 pub mod write;
 
-use std::{ops::Range, sync::Arc};
+use std::ops::Range;
+
+use bytes::Bytes;
 
 use crate::{
     camera::{Region, View},
@@ -55,10 +57,8 @@ pub struct Pixel {
 
 /// The pixels of a part, as records in the bytes of its file.
 pub struct Pixels {
-    /// The file.
-    pub bytes: Arc<dyn AsRef<[u8]> + Send + Sync>,
-    /// Where the records begin.
-    pub offset: usize,
+    /// The records.
+    pub bytes: Bytes,
     /// Whether an index has 8 bytes, not 4.
     pub wide: bool,
 }
@@ -72,7 +72,7 @@ impl Pixels {
     /// Records `range`, in order.
     fn records(&self, range: Range<usize>) -> impl Iterator<Item = Pixel> + '_ {
         let (size, wide) = (Self::record(self.wide), self.wide);
-        let bytes = &(*self.bytes).as_ref()[self.offset + range.start * size..self.offset + range.end * size];
+        let bytes = &self.bytes[range.start * size..range.end * size];
         bytes.chunks_exact(size).map(move |record| {
             let (id, bounds) = record.split_at(size - 16);
             let id = match wide {
