@@ -20,8 +20,10 @@ use planisphere::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{dd::Bounded, decide::Truth},
     filter::{BACK, Margins, PLANE, Row, length},
-    project::{MARGIN, Projected, REACH, SLOPE, slopes},
+    project::{MARGIN, Projected, Projector, REACH, SLOPE, slopes},
     scene::{Scene, Sphere},
+    simd::{LANES, Lanes},
+    tile::{self, Place, Tile},
 };
 use random::Random;
 
@@ -29,7 +31,7 @@ use random::Random;
 const CLIMBS: usize = 6;
 const STEPS: usize = 8000;
 
-/// The largest value of `ratio` that climbs find; fails where it is above 1.
+/// The largest value of `ratio` that climbs find; fails where it is above 1, or not above [`LEAST`].
 fn climb(
     name: &str,
     projection: Projection,
@@ -37,6 +39,21 @@ fn climb(
     ranges: impl Fn(&mut Random) -> [f64; 3],
     ratio: impl Fn(&Stage, Input, &Exact) -> Option<f64>,
 ) {
+    let worst = largest(name, projection, seed, ranges, ratio);
+    assert!(
+        worst > LEAST,
+        "{name}, {projection:?}: the largest error is {worst} of the bound (seed {seed}): too loose"
+    );
+}
+
+/// The largest value of `ratio` that climbs find; fails where it is above 1.
+fn largest(
+    name: &str,
+    projection: Projection,
+    seed: u64,
+    ranges: impl Fn(&mut Random) -> [f64; 3],
+    ratio: impl Fn(&Stage, Input, &Exact) -> Option<f64>,
+) -> f64 {
     let mut random = Random::new(seed);
     let (mut worst, mut measured) = (0.0, 0u64);
     for stage in stages(&mut random, projection) {
@@ -72,10 +89,7 @@ fn climb(
     }
     println!("{name}, {projection:?}: {worst:.3} of the bound, {measured} inputs");
     assert!(measured > 1000, "{name}: only {measured} inputs were of use");
-    assert!(
-        worst > LEAST,
-        "{name}, {projection:?}: the largest error is {worst} of the bound (seed {seed}): too loose"
-    );
+    worst
 }
 
 const BOTH: [Projection; 2] = [Projection::Orthographic, Projection::Perspective];
@@ -240,6 +254,71 @@ fn rim() {
             [radius * random.power(14.0, 17.0), radius, radius * random.unit()]
         };
         climb("rim of vague spheres", projection, 7, vague, ratio(0, true));
+    }
+}
+
+/// How near a sphere may be at a pixel, as spheres are dropped by where one pixel is to be decided.
+struct Front<'a> {
+    place: Place<'a, LANES>,
+    sphere: Projected,
+    at: [usize; 2],
+}
+
+impl tile::Work for Front<'_> {
+    type Output = f64;
+
+    fn run<L: Lanes, const PERSPECTIVE: bool>(self) -> f64 {
+        let Projected { x, y, z, r } = self.sphere;
+        let mut fronts = [0.0; LANES];
+        Tile::front::<L, PERSPECTIVE>(&self.place, [x, y, z, r].map(L::splat), 0, self.at).store(&mut fronts);
+        assert!(fronts.iter().all(|front| front.to_bits() == fronts[0].to_bits()), "{fronts:?}");
+        fronts[0]
+    }
+}
+
+/// No hit begins before its sphere's front, and what is said to be missed is.
+#[test]
+fn fronts() {
+    for projection in BOTH {
+        // Silhouettes, and about where hits begin to be solid: there depths are least certain.
+        let rays = |random: &mut Random| {
+            if random.unit() < 0.5 {
+                return outermost(random);
+            }
+            let (radius, chord) = (random.power(-9.0, 3.0), random.power(-2.6, -2.3));
+            [radius * random.power(0.0, 8.0), radius, radius * (1.0 - chord * chord).sqrt()]
+        };
+        let ratio = |solid: bool| {
+            move |stage: &Stage, input: Input, e: &Exact| {
+                // Bounds that spheres share are those of the farthest.
+                let Input { center, radius, column, row } = input;
+                let scene = Scene::from_spheres(&[Sphere { center, radius, color: [0; 3] }]).ok()?;
+                let truth = Truth::new(&stage.view, scene.bounds());
+                let projector = Projector::new(&truth, Region::whole(stage.view.image));
+                let sphere = projector.project(center, radius);
+                let margins = Margins::shared(sphere.r, &projector.screen);
+                if truth.scale() != 1.0 || sphere.r < projector.screen.plain || e.q.value() < 0.0 {
+                    return None;
+                }
+                let [column, row] = [column, row].map(|at| at as usize);
+                let corner = [column, row].map(|at| at / LANES * LANES);
+                let place = Place::new(&scene, &truth, &projector, corner);
+                let front =
+                    tile::dispatch(projection, Front { place, sphere, at: [column - corner[0], row - corner[1]] });
+                assert!(front < f64::INFINITY, "a hit is said to be missed: {input:?}");
+                let near = e.b - e.q.sqrt();
+                // By so much a hit may begin before its sphere's front as it is computed: `W`, and near the silhouette the rim.
+                let bound = if solid { margins.width } else { margins.rim };
+                (solid == (e.q.value() > margins.solid)).then(|| 1.0 + error(front, near) / bound)
+            }
+        };
+        // The bounds that spheres share are of the farthest anywhere on the screen, and not as sharp as their own.
+        let worst = largest("fronts", projection, 18, rays, ratio(true));
+        assert!(
+            worst > LEAST / 2.0,
+            "fronts, {projection:?}: the largest error is {worst} of the bound (seed 18): too loose"
+        );
+        climb("fronts near silhouettes", projection, 19, rays, ratio(false));
     }
 }
 

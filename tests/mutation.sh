@@ -6,6 +6,7 @@
 #   tests/mutation.sh            all faults: half an hour and more on two cores, so it is not part of tests/run.sh
 #   tests/mutation.sh --few      one fault of each kind: five minutes or so after the first build
 #   tests/mutation.sh WORD...    faults whose names contain a word
+#   tests/mutation.sh --check    none, but looks whether each is still there to be put in: part of .ci/run
 #
 # The copy lies in target/mutation/tree and has a target folder of its own, so that a fault costs the build of this crate alone.
 set -euo pipefail
@@ -15,28 +16,32 @@ tree=$root/target/mutation/tree
 log=$root/target/mutation/log
 words=("$@")
 few=no
-if [[ "${1:-}" == --few ]]; then
-    few=yes
-    words=()
+check=no
+case "${1:-}" in
+    --few) few=yes words=() ;;
+    --check) check=yes words=() ;;
+esac
+
+if [[ $check == no ]]; then
+    # The sources as they are here, changes included; files that did not change keep their age, for cargo's sake.
+    mkdir -p "$tree"
+    rsync_list=$(git ls-files --cached --others --exclude-standard)
+    while IFS= read -r file; do
+        if [[ -f "$file" ]] && ! cmp -s "$file" "$tree/$file"; then
+            mkdir -p "$tree/$(dirname "$file")"
+            cp "$file" "$tree/$file"
+        fi
+    done <<<"$rsync_list"
+    export CARGO_TARGET_DIR=$root/target/mutation/build
+    export CARGO_INCREMENTAL=1 CARGO_PROFILE_RELEASE_DEBUG=false
+    cd "$tree"
+    printf '%-58s %-34s %s\n' fault 'found by' result
 fi
 
-# The sources as they are here, changes included; files that did not change keep their age, for cargo's sake.
-mkdir -p "$tree"
-rsync_list=$(git ls-files --cached --others --exclude-standard)
-while IFS= read -r file; do
-    if [[ -f "$file" ]] && ! cmp -s "$file" "$tree/$file"; then
-        mkdir -p "$tree/$(dirname "$file")"
-        cp "$file" "$tree/$file"
-    fi
-done <<<"$rsync_list"
-export CARGO_TARGET_DIR=$root/target/mutation/build
-export CARGO_INCREMENTAL=1 CARGO_PROFILE_RELEASE_DEBUG=false
-cd "$tree"
-
 found=0
+there=0
 survivors=()
 faulty=()
-printf '%-58s %-34s %s\n' fault 'found by' result
 
 # fault NAME FILE OLD NEW CASE TEST...: OLD, which must be in the file once, becomes NEW; then the tests must fail.
 # CASE restricts the corpus to scenes with that word.
@@ -55,6 +60,10 @@ fault() {
     if [[ "$count" != 1 ]]; then
         printf '%-58s %-34s %s\n' "$name" "$*" "NOT THERE: $count times in $file"
         faulty+=("$name")
+        return 0
+    fi
+    if [[ $check == yes ]]; then
+        there=$((there + 1))
         return 0
     fi
     cp "$file" "$log.original"
@@ -136,7 +145,7 @@ more 'duplicates: the higher index' $f 'self.id[row][column] = holder.min(index)
 more 'duplicates at a glance: the higher index' $f 'twin.min(index)' 'twin.max(index)' 'twice' --test exactness cpu::every_pixel
 more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
 more 'of the rows to decide in the last alone' $f 'self.open |= 1 << row;' 'self.open = 1 << row;' '' --test exactness cpu::every_pixel
-more 'blocks as far as their last row' $f 'farthest = depth.max(farthest);' 'farthest = depth;' '' --test exactness cpu::every_pixel
+more 'blocks as far as their last row' $f '(place, sx, row, high).max(farthest);' '(place, sx, row, high);' '' --test exactness cpu::every_pixel
 f=src/cpu/paint.rs
 more 'hidden by the nearest block' $f 'farthest = if block > farthest { block } else { farthest };' 'farthest = if farthest > f64::NEG_INFINITY { farthest } else { block };' '' --test exactness cpu::every_pixel
 more 'hidden by nothing' $f '    nearest > farthest
@@ -167,10 +176,16 @@ fault 'covers: the nearest corner' $f 'greatest = greatest.max(depth + depth.abs
 more 'covers: one corner is enough' $f 'let Look::Seen([_, high]) = look else { return None };' 'let Look::Seen([_, high]) = look else { continue };' '' --test gpu large
 more 'covers: left out where more is seen' src/bins.rs 'found.mixed[tile] |= !(sphere.farthest() < begins);' 'found.mixed[tile] |= sphere.nearest() > begins;' '' --test gpu behind
 more 'covers: left out of several waves' src/bins.rs '&& (!whole || found.iter()' '&& (found.iter()' '' --test gpu large
-more 'covers: not seen where the host decides' src/gpu/decide.rs '*to = if id == NONE { background } else { id };' '*to = id;' '' --test gpu behind
+more 'covers: not seen where the host decides' src/gpu/decide.rs 'if id == NONE { background } else { id }' 'id' '' --test gpu behind
 f=src/gpu/decide.rs
-more 'GPU, decisions: a duplicate by its depth alone' $f 'again |= earlier < index && other == ball;' 'again |= earlier < index;' '' --test exactness gpu::every_pixel
-more 'GPU, decisions: early stop at the first behind' $f 'if nearest - sphere.bound() - disorder > *farthest {' 'if nearest > *farthest {' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: a duplicate by its depth alone' $f 'again |= indices[earlier] < index && balls[earlier] == ball;' 'again |= indices[earlier] < index;' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: early stop at the first behind' $f 'L::load(&batch.begin).sub(L::splat(disorder))' 'L::load(&batch.nearest)' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: rows of tiles counted from the first' $f 'self.left_over.rows(tiles, first_row, ids)' 'self.left_over.rows(tiles, 0, ids)' '' --test exactness gpu::every_pixel
+more 'GPU, decisions: many tiles are not shared out' $f '            return false;' '            return true;' '' --test exactness gpu::every_pixel
+f=src/tile.rs
+more 'GPU, decisions: fronts without W' $f 'root.add(L::splat(width))' 'root' '' --test bounds fronts
+more 'GPU, decisions: fronts without the rim' $f 'r.mul(L::splat(rim)).max(' 'r.mul(L::splat(0.0)).max(' '' --test bounds fronts
+more 'GPU, decisions: fronts missed without E' $f 'q.less(r.mul(L::splat(-doubt)))' 'q.less(r.mul(L::splat(0.0)))' '' --test bounds fronts
 
 f=src/exact/small.rs
 more 'symmetry: rational roots taken for independent' $f '[_, None, Some(root_ab)] => y * root_ab == p && x == 0,' '[_, None, Some(root_ab)] => x * root_ab == p && y == 0,' '' --lib exact::decide
@@ -226,8 +241,12 @@ more 'GPU: the best of two passes is the farther' shaders/finish_merge.wgsl 'fou
 more 'GPU: the rest of earlier passes is forgotten' shaders/finish_merge.wgsl 'min(old.rest, select(found.low, old.low, better))' 'select(min(old.rest, found.low), old.low, better)' '' --test adversary merged
 more 'GPU: the other of two passes is forgotten' shaders/finish_merge.wgsl 'min(old.rest, select(found.low, old.low, better))' 'old.rest' '' --test adversary settled
 
-echo
-echo "$found faults found"
+if [[ $check == yes ]]; then
+    echo "$there faults can be put in"
+else
+    echo
+    echo "$found faults found"
+fi
 if ((${#survivors[@]} > 0)); then
     printf 'SURVIVED: %s\n' "${survivors[@]}"
 fi
