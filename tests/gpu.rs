@@ -432,6 +432,68 @@ fn extreme_numbers_are_left_to_the_host_or_right() {
     }
 }
 
+/// Planets one in another, looked at through telescopes: their first hits lie farther before the middle of the data than offsets of tiles reach.
+#[test]
+fn planets_fill_telescopes() {
+    let mut gpu = gpu();
+    let image = ImageSize { width: 64, height: 64 };
+    let mut random = Random(29);
+    for projection in [Projection::Orthographic, Projection::Perspective] {
+        for bits in 6..27 {
+            // The radius of the planets is about 1, and so is their distance.
+            let pixel = 2f64.powi(-bits);
+            let planets: Vec<Sphere> = (0..4)
+                .map(|shell| Sphere {
+                    center: DVec3::new(2.0, 0.0, 0.0) + random.vector(-1e-3, 1e-3),
+                    radius: 1.0 - 0.05 * f64::from(shell),
+                    color: [0; 3],
+                })
+                .collect();
+            let scene = Scene::from_spheres(&planets).unwrap();
+            let size = ScreenSize::Width(64.0 * pixel);
+            let camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
+            let view = View::new(Camera { projection, size, ..camera }, image);
+            let region = Region::whole(image);
+            let want = reference(&scene, &view, region);
+            both_lanes(&mut gpu, |gpu, lanes| {
+                let what = format!("{projection:?}, radii of 2^{bits} pixels, {lanes}");
+                check(&what, &draw(gpu, &scene, &view, region), &want, image.width, 1.0);
+                assert_eq!(gpu.draw(&scene, &view, region).unwrap().ids, want, "{what}");
+            });
+        }
+    }
+}
+
+/// Balls side by side, from near by to so far away that squares of their distance would be beyond f32.
+#[test]
+fn balls_far_away_are_seen() {
+    let mut gpu = gpu();
+    let image = ImageSize { width: 64, height: 64 };
+    let balls: Vec<Sphere> = (0..9)
+        .map(|k| Sphere {
+            center: DVec3::new(0.0, f64::from(k % 3 - 1) * 4.0, f64::from(k / 3 - 1) * 4.1),
+            radius: 1.0 + 0.1 * f64::from(k),
+            color: [0; 3],
+        })
+        .collect();
+    let scene = Scene::from_spheres(&balls).unwrap();
+    for projection in [Projection::Orthographic, Projection::Perspective] {
+        for bits in 4..100 {
+            let distance = 2f64.powi(bits);
+            let width = if projection == Projection::Perspective { 14.0 / distance } else { 14.0 };
+            let camera = Camera::orthographic(DVec3::new(-distance, 0.0, 0.0), DVec3::X);
+            let view = View::new(Camera { projection, size: ScreenSize::Width(width), ..camera }, image);
+            let region = Region::whole(image);
+            let want = reference(&scene, &view, region);
+            both_lanes(&mut gpu, |gpu, lanes| {
+                let what = format!("{projection:?}, 2^{bits} away, {lanes}");
+                check(&what, &draw(gpu, &scene, &view, region), &want, image.width, 1.0);
+                assert_eq!(gpu.draw(&scene, &view, region).unwrap().ids, want, "{what}");
+            });
+        }
+    }
+}
+
 #[test]
 fn an_empty_scene_or_list_is_background() {
     let mut gpu = gpu();

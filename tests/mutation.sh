@@ -73,7 +73,7 @@ fault() {
         result=SURVIVED
         survivors+=("$name")
     elif grep -q '^test result: FAILED' "$log"; then
-        result="found: $(grep -m1 -oP '^test \K\S+(?= \.\.\. FAILED)|^    \K\S+$' "$log" || true)"
+        result="found: $(grep -m1 -oP '^test \K\S+(?= \.\.\. FAILED)|^    \K[\w:]+$' "$log" || true)"
         found=$((found + 1))
     else
         result="NO ANSWER: $(grep -m1 -E '^error|signal|panicked' "$log" || true)"
@@ -196,6 +196,7 @@ more 'rotated centres, bound / 8' $f 'const ROTATION_ERROR: f64 = 3.125;' 'const
 more 'longest axes, twice as long' $f 'const LONGEST: f64 = 1.5;' 'const LONGEST: f64 = 3.0;' '' --lib plan
 more 'f64 of the host, bound / 8' $f 'let error = power(-53) * ulps' 'let error = power(-56) * ulps' '' --lib plan
 
+more 'perspective tiles that begin too far before the data' $f '|| z <= OFFSET_LIMIT;' '|| z < f64::INFINITY;' '' --test gpu planets
 more 'perspective keys, no margin' $f '1.07 * spread * (1024.0' '0.0 * spread * (1024.0' '' --test adversary depths
 
 f=shaders/orthographic.wgsl
