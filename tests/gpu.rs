@@ -103,6 +103,17 @@ fn check(what: &str, ids: &[i32], reference: &[i32], width: u32, share: f64) {
     println!("{what}: {left} of {} undecided, {} covered", ids.len(), reference.iter().filter(|&&id| id >= 0).count());
 }
 
+/// On all kernels: what the filter settles is right, at most `share` is left over, and the whole picture is right.
+fn check_whole(gpu: &mut Gpu, what: &str, scene: &Scene, view: &View, share: f64) {
+    let region = Region::whole(view.image);
+    let want = reference(scene, view, region);
+    both_lanes(gpu, |gpu, lanes| {
+        let what = format!("{what}, {lanes}");
+        check(&what, &draw(gpu, scene, view, region), &want, region.width, share);
+        assert_eq!(gpu.draw(scene, view, region).unwrap().ids, want, "{what}");
+    });
+}
+
 fn cloud(seed: u64, count: usize, radius: Range<f64>, offset: f64) -> Scene {
     let mut random = Random(seed);
     let spheres: Vec<Sphere> = (0..count)
@@ -453,13 +464,9 @@ fn planets_fill_telescopes() {
             let size = ScreenSize::Width(64.0 * pixel);
             let camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
             let view = View::new(Camera { projection, size, ..camera }, image);
-            let region = Region::whole(image);
-            let want = reference(&scene, &view, region);
-            both_lanes(&mut gpu, |gpu, lanes| {
-                let what = format!("{projection:?}, radii of 2^{bits} pixels, {lanes}");
-                check(&what, &draw(gpu, &scene, &view, region), &want, image.width, 1.0);
-                assert_eq!(gpu.draw(&scene, &view, region).unwrap().ids, want, "{what}");
-            });
+            // Of smaller pixels steps are so fine that offsets do not reach, and all is left to the host.
+            let share = if bits < 15 { 0.0 } else { 1.0 };
+            check_whole(&mut gpu, &format!("{projection:?}, radii of 2^{bits} pixels"), &scene, &view, share);
         }
     }
 }
@@ -483,13 +490,8 @@ fn balls_far_away_are_seen() {
             let width = if projection == Projection::Perspective { 14.0 / distance } else { 14.0 };
             let camera = Camera::orthographic(DVec3::new(-distance, 0.0, 0.0), DVec3::X);
             let view = View::new(Camera { projection, size: ScreenSize::Width(width), ..camera }, image);
-            let region = Region::whole(image);
-            let want = reference(&scene, &view, region);
-            both_lanes(&mut gpu, |gpu, lanes| {
-                let what = format!("{projection:?}, 2^{bits} away, {lanes}");
-                check(&what, &draw(gpu, &scene, &view, region), &want, image.width, 1.0);
-                assert_eq!(gpu.draw(&scene, &view, region).unwrap().ids, want, "{what}");
-            });
+            let share = if bits < 34 { 0.01 } else { 1.0 };
+            check_whole(&mut gpu, &format!("{projection:?}, 2^{bits} away"), &scene, &view, share);
         }
     }
 }
