@@ -358,21 +358,30 @@ impl Scene {
     }
 
     /// The first spheres, a few hundred at most, of at least a quarter of the greatest radius; found when they are first asked for.
+    ///
+    /// They are found outside of the `OnceLock`: a thread that waits for rayon inside of it may take up another draw of this scene, which
+    /// would wait for the same lock, and so for itself. Draws that begin at once may find them twice; the answer is the same.
     pub fn large(&self) -> &[u32] {
-        self.large.get_or_init(|| {
-            let least = 0.25 * self.bounds.max_radius;
-            let mut found = Vec::new();
-            for (start, block) in self.blocks() {
-                match &block.radii {
-                    Radii::Same(radius) if *radius < least => {}
-                    Radii::Same(_) => found.extend((start..start + block.len().min(LARGE)).map(|at| at as u32)),
-                    Radii::Each(Reals::F32(radii)) => found.extend(search(radii.as_slice(), least, start)),
-                    Radii::Each(Reals::F64(radii)) => found.extend(search(radii.as_slice(), least, start)),
-                }
+        if let Some(known) = self.large.get() {
+            return known;
+        }
+        let found = self.find_large();
+        self.large.get_or_init(|| found)
+    }
+
+    fn find_large(&self) -> Vec<u32> {
+        let least = 0.25 * self.bounds.max_radius;
+        let mut found = Vec::new();
+        for (start, block) in self.blocks() {
+            match &block.radii {
+                Radii::Same(radius) if *radius < least => {}
+                Radii::Same(_) => found.extend((start..start + block.len().min(LARGE)).map(|at| at as u32)),
+                Radii::Each(Reals::F32(radii)) => found.extend(search(radii.as_slice(), least, start)),
+                Radii::Each(Reals::F64(radii)) => found.extend(search(radii.as_slice(), least, start)),
             }
-            found.truncate(LARGE);
-            found
-        })
+        }
+        found.truncate(LARGE);
+        found
     }
 
     /// A number that only clones of this scene share: what is made from it once, such as a copy on a device, can be kept.
