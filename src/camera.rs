@@ -75,6 +75,9 @@ pub enum CameraError {
         /// The number found.
         value: f64,
     },
+    /// The field of view is no angle of a screen.
+    #[error("the field of view is {0} degrees; give an angle greater than 0 and less than 180")]
+    Fov(f64),
     /// Clip planes out of order.
     #[error("near is {near} and far is {far}; near must be at least 0 and less than far")]
     Planes {
@@ -82,6 +85,34 @@ pub enum CameraError {
         near: f64,
         /// Far.
         far: f64,
+    },
+}
+
+/// Why there is no picture of a region of a view.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum ViewError {
+    /// The camera's numbers are no camera.
+    #[error("{0}")]
+    Camera(#[from] CameraError),
+    /// The image has no pixels, or more than the limit.
+    #[error("the image is {} x {} pixels; give 1 to {MAX_SIDE} a side", .0.width, .0.height)]
+    Image(ImageSize),
+    /// The camera or the image size was changed after the view was made of them.
+    #[error("the view was changed after it was made; make it anew: View::new(view.camera, view.image)")]
+    Stale,
+    /// The region has no pixels.
+    #[error("the region is {} x {} pixels; give at least 1 x 1", .0.width, .0.height)]
+    Empty(Region),
+    /// The region is not a part of the image.
+    #[error(
+        "the region {},{},{},{} (x,y,w,h) reaches outside of the image of {} x {} pixels; keep it inside",
+        .region.x, .region.y, .region.width, .region.height, .image.width, .image.height
+    )]
+    Outside {
+        /// The region.
+        region: Region,
+        /// The image.
+        image: ImageSize,
     },
 }
 
@@ -249,7 +280,7 @@ pub struct Ray {
 }
 
 impl View {
-    /// Joins a checked camera and an image size.
+    /// Joins a camera and an image size, of any numbers: what draws asks [`View::check`] first.
     pub fn new(camera: Camera, image: ImageSize) -> Self {
         let (across, down) = (image.width, image.height);
         let (pitch_x, pitch_y) = match camera.size {
@@ -260,6 +291,30 @@ impl View {
             }
         };
         Self { camera, image, pitch_x, pitch_y }
+    }
+
+    /// Whether a region of this view has a picture. Every device, and every plane, asks this before any work.
+    ///
+    /// # Errors
+    /// The first rule that is broken: of the camera, the image size, the view, the region.
+    pub fn check(&self, region: Region) -> Result<(), ViewError> {
+        self.camera.check()?;
+        let ImageSize { width, height } = self.image;
+        if !((1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height)) {
+            return Err(ViewError::Image(self.image));
+        }
+        if *self != Self::new(self.camera, self.image) {
+            return Err(ViewError::Stale);
+        }
+        if region.width == 0 || region.height == 0 {
+            return Err(ViewError::Empty(region));
+        }
+        let inside = |first: u32, count: u32, side: u32| first.checked_add(count).is_some_and(|end| end <= side);
+        if inside(region.x, region.width, width) && inside(region.y, region.height, height) {
+            Ok(())
+        } else {
+            Err(ViewError::Outside { region, image: self.image })
+        }
     }
 
     /// `2 i + 1 - width`: the sample of column `i` lies at exactly `odd_x(i) * pitch_x / 2` on the screen.

@@ -5,16 +5,21 @@
 
 use dashu_int::{IBig, UBig, ops::BitTest};
 
-use crate::exact::axes::split;
+use crate::{camera::CameraError, exact::axes::split};
 
 /// The f64 nearest to `2 tan(degrees / 2)`, the height at distance 1 of a screen with this vertical field of view.
-/// `degrees` must be in (0, 180); its f64 is taken as an exact number.
-pub fn height_from_fov(degrees: f64) -> f64 {
-    assert!(degrees > 0.0 && degrees < 180.0, "a field of view is between 0 and 180 degrees");
+/// The f64 of `degrees` is taken as an exact number.
+///
+/// # Errors
+/// When `degrees` is not greater than 0 and less than 180.
+pub fn height_from_fov(degrees: f64) -> Result<f64, CameraError> {
+    if !(degrees > 0.0 && degrees < 180.0) {
+        return Err(CameraError::Fov(degrees));
+    }
     // By Niven's theorem this is the only angle of a rational number of degrees with a rational tangent: at every
     // other one an interval that shrinks gets clear of the boundaries between rounded numbers.
     if degrees == 90.0 {
-        return 2.0;
+        return Ok(2.0);
     }
     let (mantissa, exponent) = split(degrees);
     // Fixed point loses as many leading bits as the angle is small.
@@ -25,7 +30,7 @@ pub fn height_from_fov(degrees: f64) -> f64 {
         let low = round_quotient(&(sin.low * 2u8), &cos.high);
         let high = round_quotient(&(sin.high * 2u8), &cos.low);
         if low == high {
-            return low;
+            return Ok(low);
         }
         bits *= 2;
     }
@@ -158,10 +163,14 @@ mod tests {
             (179.99999999999997, 0x433ca5dc1a63c1f8),
         ];
         for (degrees, bits) in known {
-            let height = height_from_fov(degrees);
+            let height = height_from_fov(degrees).unwrap();
             assert_eq!(height.to_bits(), bits, "{degrees} degrees: {height:?}, not {:?}", f64::from_bits(bits));
         }
-        assert_eq!(height_from_fov(5e-324), 0.0);
+        assert_eq!(height_from_fov(5e-324), Ok(0.0));
+        for none in [0.0, -1.0, 180.0, f64::INFINITY] {
+            assert_eq!(height_from_fov(none), Err(CameraError::Fov(none)));
+        }
+        assert!(height_from_fov(f64::NAN).is_err());
     }
 
     #[test]

@@ -356,7 +356,7 @@ mod tests {
 
     #[test]
     fn of_many_that_are_the_same_the_first_is_kept() {
-        let once: Vec<Sphere> = (0..3000).map(|k| spheres(3000, DVec3::new).sphere(k)).collect();
+        let once: Vec<Sphere> = (0..3000).map(|k| spheres(3000, DVec3::new).known(k)).collect();
         let mut several = once.clone();
         // Some as they are, some that differ by the sign of zero or by the radius alone.
         several.extend(once[..2000].iter().rev());
@@ -384,9 +384,9 @@ mod tests {
         assert_eq!(ordered.starts.len(), ordered.groups.len() + 1);
         assert!(ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0]))));
         for (place, &index) in ordered.indices.iter().enumerate() {
-            let sphere = scene.sphere(index as usize);
+            let sphere = scene.known(index as usize);
             assert_eq!((ordered.block.center(place), ordered.block.radius(place)), (sphere.center, sphere.radius));
-            let group = ordered.groups.sphere(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
+            let group = ordered.groups.known(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
             assert!(group.center.distance(sphere.center) + sphere.radius <= group.radius);
             loose += usize::from(sphere.radius < 1.0 && group.radius > close + 2e-3);
         }

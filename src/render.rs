@@ -2,7 +2,7 @@
 
 use crate::{
     bins::Met,
-    camera::{Region, View},
+    camera::{Region, View, ViewError},
     cpu::Cpu,
     gpu::Gpu,
     scene::Scene,
@@ -32,6 +32,9 @@ pub enum DeviceError {
 /// Why a picture could not be drawn on a device that was opened.
 #[derive(Debug, thiserror::Error)]
 pub enum DrawError {
+    /// There is no such picture: what was asked for is wrong, on every device.
+    #[error("{0}")]
+    View(#[from] ViewError),
     /// The device failed; its own words.
     #[error("the device failed: {0}")]
     Device(String),
@@ -134,11 +137,13 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Of no pixels yet, with room for those of a region.
+    /// Of no pixels yet, with room for those of a region. Every device begins here, so that all refuse the same.
     ///
     /// # Errors
-    /// When that cannot be had.
-    pub fn new(spheres: usize, region: Region) -> Result<Self, DrawError> {
+    /// When the region of this view has no picture ([`View::check`]), or the room cannot be had.
+    pub fn new(scene: &Scene, view: &View, region: Region) -> Result<Self, DrawError> {
+        view.check(region)?;
+        let spheres = scene.len();
         let pixels = region.pixels();
         let mut ids = Vec::new();
         ids.try_reserve_exact(pixels).map_err(|_| {
@@ -184,7 +189,7 @@ impl Device {
     /// Draws a region of a view of a scene.
     ///
     /// # Errors
-    /// When the device fails or memory does not suffice.
+    /// When there is no such picture, the device fails, or memory does not suffice.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         match self {
             Self::Cpu(cpu) => cpu.draw(scene, view, region),

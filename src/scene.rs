@@ -410,16 +410,24 @@ impl Scene {
         (&self.blocks[block], index - self.starts[block])
     }
 
-    /// Sphere `index`.
-    pub fn sphere(&self, index: usize) -> Sphere {
+    /// Sphere `index`; none beyond the last.
+    pub fn sphere(&self, index: usize) -> Option<Sphere> {
+        (index < self.len()).then(|| self.known(index))
+    }
+
+    /// Sphere `index` of those that the scene is known to have.
+    #[inline]
+    pub(crate) fn known(&self, index: usize) -> Sphere {
         let (block, at) = self.locate(index);
         Sphere { center: block.center(at), radius: block.radius(at), color: block.color(at) }
     }
 
-    /// Colour of sphere `index`.
-    pub fn color(&self, index: usize) -> [u8; 3] {
-        let (block, at) = self.locate(index);
-        block.color(at)
+    /// Colour of sphere `index`; none beyond the last.
+    pub fn color(&self, index: usize) -> Option<[u8; 3]> {
+        (index < self.len()).then(|| {
+            let (block, at) = self.locate(index);
+            block.color(at)
+        })
     }
 
     /// The extent of the centres and radii.
@@ -575,7 +583,7 @@ mod tests {
         assert_eq!((bounds.min_center.z, bounds.max_center.y), (-2.0, 1.0));
         assert_eq!((bounds.min_radius, bounds.max_radius), (0.25, 100.0));
         for (k, sphere) in spheres.iter().enumerate() {
-            assert_eq!(scene.sphere(k), *sphere);
+            assert_eq!(scene.sphere(k), Some(*sphere));
         }
     }
 

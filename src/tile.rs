@@ -515,8 +515,8 @@ impl<const SIDE: usize> Tile<SIDE> {
         if holder == CLOSED {
             return None;
         }
-        let ball = Ball::from(scene.sphere(index as usize));
-        let held = (holder != NONE).then(|| Ball::from(scene.sphere(holder as usize)));
+        let ball = Ball::from(scene.known(index as usize));
+        let held = (holder != NONE).then(|| Ball::from(scene.known(holder as usize)));
         if held == Some(ball) {
             self.id[row][column] = holder.min(index);
             return Some(holder);

@@ -66,7 +66,7 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     let mut band = Band::new(region);
     let (passes, single) = band.passes(&wave.lists(), &eye, limits, true);
     let records: Vec<[i32; 4]> =
-        (0..scene.len()).map(|k| scene.sphere(k)).map(|s| fixed.record(s.center, s.radius)).collect();
+        (0..scene.len()).map(|k| scene.sphere(k).unwrap()).map(|s| fixed.record(s.center, s.radius)).collect();
     let disorder = eye.steps(wave.lists().disorder);
 
     let mut ids = vec![NONE; region.pixels()];

@@ -211,7 +211,7 @@ fn depths_are_within_half_a_unit() {
         .filter_map(|(case, ids)| {
             let region = Region::whole(case.view.image);
             let judge = Judge::new(&case.scene, &case.view);
-            let depths = depth_plane(&case.scene, &case.view, region, ids);
+            let depths = depth_plane(&case.scene, &case.view, region, ids).unwrap();
             let place = |k: usize| (k as u32 % region.width, k as u32 / region.width);
             let wrong: Vec<usize> =
                 (0..ids.len()).filter(|&k| !depth_is_good(&judge, place(k).0, place(k).1, ids[k], depths[k])).collect();
@@ -241,7 +241,7 @@ fn change(
     camera: impl Fn(Camera) -> Option<Camera>,
     mirrored: bool,
 ) -> Option<Changed> {
-    let spheres = (0..case.scene.len()).map(|k| sphere(case.scene.sphere(k))).collect::<Option<Vec<_>>>()?;
+    let spheres = (0..case.scene.len()).map(|k| sphere(case.scene.sphere(k).unwrap())).collect::<Option<Vec<_>>>()?;
     let camera = camera(case.view.camera)?;
     camera.check().ok()?;
     let scene = Scene::from_spheres(&spheres).ok()?;
@@ -526,7 +526,7 @@ on_all! {
             for k in (1..len).rev() {
                 order.swap(k, random.below(k as u64 + 1) as usize);
             }
-            let spheres: Vec<_> = order.iter().map(|&k| case.scene.sphere(k)).collect();
+            let spheres: Vec<_> = order.iter().map(|&k| case.scene.sphere(k).unwrap()).collect();
             let permuted = Scene::from_spheres(&spheres).expect("the same spheres");
             let region = Region::whole(case.view.image);
             let what = format!("{}, permuted (seed 37)", case.name);

@@ -83,7 +83,7 @@ impl Entry {
     /// The colour that a pixel has if this is the nearest sphere.
     fn color(&self, id: i32) -> [u8; 3] {
         match usize::try_from(id) {
-            Ok(index) => self.loaded.scene.sphere(index).color,
+            Ok(index) => self.loaded.scene.sphere(index).unwrap().color,
             Err(_) => self.loaded.background,
         }
     }

@@ -41,7 +41,7 @@ fn reference(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
     let axes = Axes::new(&view.camera);
     let [right, up, forward] = [axes.right.high, axes.up.high, axes.forward.high];
     let camera = &view.camera;
-    let spheres: Vec<Sphere> = (0..scene.len()).map(|k| scene.sphere(k)).collect();
+    let spheres: Vec<Sphere> = (0..scene.len()).map(|k| scene.sphere(k).unwrap()).collect();
     let mut ids = Vec::new();
     for row in region.y..region.y + region.height {
         for column in region.x..region.x + region.width {

@@ -252,7 +252,7 @@ fn good_scenes_mean_what_they_say() {
     assert_eq!(loaded.image, ImageSize { width: 64, height: 800 });
     assert_eq!(loaded.background, [10, 11, 12]);
     // All [[sphere]] first, then each [[spheres]] in turn.
-    let spheres: Vec<_> = (0..loaded.scene.len()).map(|k| loaded.scene.sphere(k)).collect();
+    let spheres: Vec<_> = (0..loaded.scene.len()).map(|k| loaded.scene.sphere(k).unwrap()).collect();
     assert_eq!(spheres.len(), 6);
     assert_eq!(spheres[0].center, DVec3::new(9007199254740992.0, 0.1, 0.0));
     assert_eq!((spheres[0].color, spheres[1].color), (planisphere::load::DEFAULT_COLOR, [1, 2, 3]));
@@ -282,7 +282,7 @@ fn many_single_spheres_load_fast() {
     assert_eq!(loaded.scene.len(), 100_000);
     // Some 0.15 s on two cores; a quadratic step would take minutes.
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
-    assert!((0..100_000).step_by(997).all(|k| loaded.scene.sphere(k).center.x == k as f64 + 0.5));
+    assert!((0..100_000).step_by(997).all(|k| loaded.scene.sphere(k).unwrap().center.x == k as f64 + 0.5));
 
     // Faults are found at their places, wherever they are: in a sphere, in another table, in the TOML.
     let place = |text: &str, wanted: &str| {
@@ -302,7 +302,7 @@ fn many_single_spheres_load_fast() {
     let mixed = text.replacen("[[sphere]]\ncenter = [5000.5", "[image]\nwidth = 7\n[[sphere]]\ncenter = [5000.5", 1);
     let mixed = load(&mixed).unwrap();
     assert_eq!((mixed.scene.len(), mixed.image.width), (100_000, 7));
-    assert_eq!(mixed.scene.sphere(5001).center.x, 5001.5);
+    assert_eq!(mixed.scene.sphere(5001).unwrap().center.x, 5001.5);
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn draw_part(
     range: Range<usize>,
     region: Region,
 ) -> Part {
-    let spheres: Vec<Sphere> = range.clone().map(|k| scene.sphere(k)).collect();
+    let spheres: Vec<Sphere> = range.clone().map(|k| scene.sphere(k).unwrap()).collect();
     let own = Scene::from_spheres(&spheres).unwrap();
     let ids = device.draw(&own, view, region).unwrap().ids;
     let meta = Meta {
@@ -55,7 +55,7 @@ fn draw_part(
     let mut bytes = Vec::new();
     let mut writer = PartWriter::new(&mut bytes, &meta).unwrap();
     writer.pixels(ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
-    writer.finish(seen.iter().map(|k| ((range.start + k) as u64, own.sphere(k)))).unwrap();
+    writer.finish(seen.iter().map(|k| ((range.start + k) as u64, own.sphere(k).unwrap()))).unwrap();
     read(folder, &bytes)
 }
 
@@ -78,7 +78,7 @@ fn again(folder: &Path, parts: &[Part]) -> Part {
     let mut bytes = Vec::new();
     let mut writer = PartWriter::new(&mut bytes, meta).unwrap();
     writer.pixels(band.ids.iter().zip(band.bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
-    writer.finish(seen.iter().map(|k| (merge.indices()[k], merge.scene().sphere(k)))).unwrap();
+    writer.finish(seen.iter().map(|k| (merge.indices()[k], merge.scene().sphere(k).unwrap()))).unwrap();
     read(folder, &bytes)
 }
 
@@ -163,7 +163,7 @@ fn pictures_in_parts_are_the_whole() {
         let Case { name, scene, view } = case;
         let whole = Region::whole(view.image);
         let ids = cpu.draw(scene, view, whole).unwrap().ids;
-        let depth = depth_plane(scene, view, whole, &ids);
+        let depth = depth_plane(scene, view, whole, &ids).unwrap();
         let device = if number % 12 == 0 { &mut gpu } else { &mut cpu };
         let parts = parts_of(folder.path(), device, case, number % 4, &mut random);
         let merge = Merge::new(&parts, Some(whole)).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -514,8 +514,9 @@ fn the_archive_is_as_described() {
         integers(array("indices", "'<i8'", &format!("({m},)"))).into_iter().eq(seen.iter().map(|&id| i64::from(id)))
     );
     let scene = load::load(&folder.join("all.toml")).unwrap().scene;
-    let all =
-        |f: &dyn Fn(Sphere) -> Vec<f64>| seen.iter().flat_map(|&id| f(scene.sphere(id as usize))).collect::<Vec<_>>();
+    let all = |f: &dyn Fn(Sphere) -> Vec<f64>| {
+        seen.iter().flat_map(|&id| f(scene.sphere(id as usize).unwrap())).collect::<Vec<_>>()
+    };
     assert_eq!(reals(array("centers", "'<f8'", &format!("({m}, 3)"))), all(&|s| s.center.to_array().to_vec()));
     assert_eq!(reals(array("radii", "'<f8'", &format!("({m},)"))), all(&|s| vec![s.radius]));
     assert_eq!(array("colors", "'|u1'", &format!("({m}, 3)")).len(), 3 * m);

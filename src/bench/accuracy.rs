@@ -217,7 +217,7 @@ fn shifted(made: &Made, by: f64, words: &str) -> Made {
     let by = DVec3::splat(by);
     let spheres: Vec<Sphere> = (0..made.scene.len())
         .map(|k| {
-            let sphere = made.scene.sphere(k);
+            let sphere = made.scene.known(k);
             Sphere { center: sphere.center + by, ..sphere }
         })
         .collect();
@@ -383,7 +383,7 @@ impl<'a> Judge<'a> {
             let Ok(index) = usize::try_from(id) else { return f64::INFINITY };
             let (column, row) = (at as u32 % region.width, at as u32 / region.width);
             let pixel = truth.pixel(column, row);
-            let hit = pixel.hit(made.scene.sphere(index).into(), &mut Tally::default());
+            let hit = pixel.hit(made.scene.known(index).into(), &mut Tally::default());
             hit.map_or(f64::INFINITY, |hit| pixel.distance(&hit))
         };
         let distances = exact.par_iter().enumerate().map(distance).collect();
@@ -396,7 +396,7 @@ impl<'a> Judge<'a> {
             (_, Some(depths)) => Some(depths.iter().map(|&depth| f64::from(depth)).collect()),
             (Method::Full, _) => {
                 let region = Region::whole(self.view.image);
-                let plane = frame::depth_plane(self.scene, &self.view, region, &answer.ids);
+                let plane = frame::depth_plane(self.scene, &self.view, region, &answer.ids).expect("this view's ids");
                 Some(plane.into_iter().map(f64::from).collect())
             }
             // A GPU's depths stay in it.
@@ -440,7 +440,7 @@ impl<'a> Judge<'a> {
         let width = self.view.image.width as usize;
         let depth = |(at, &id): (usize, &i32)| {
             let Ok(index) = usize::try_from(id) else { return f64::INFINITY };
-            let sphere = self.scene.sphere(index);
+            let sphere = self.scene.known(index);
             let s = self.projector.project(sphere.center, sphere.radius);
             let (sx, sy) = (self.projector.columns[at % width], self.projector.rows[at / width]);
             let (b, q, a) = match self.projector.projection {
@@ -485,7 +485,7 @@ impl<'a> Judge<'a> {
             }
             // From the outline outwards, in pixels.
             let beyond = |index: usize| {
-                let sphere = self.scene.sphere(index);
+                let sphere = self.scene.known(index);
                 let s = self.projector.project(sphere.center, sphere.radius);
                 let (sx, sy) = (self.projector.columns[at % width], self.projector.rows[at / width]);
                 if self.orthographic() {
@@ -532,7 +532,7 @@ fn everything_exact(made: &Made, truth: &Truth, region: Region, exact: &[i32], s
         let (mut tally, mut tests) = (Tally::default(), 0u64);
         let balls = lists.tile(&grid, tile).iter().filter(inside).map(|entry| {
             tests += 1;
-            (entry.index, Ball::from(made.scene.sphere(entry.index as usize)))
+            (entry.index, Ball::from(made.scene.known(entry.index as usize)))
         });
         let pixel = truth.pixel(column as u32, row as u32);
         let id = pixel.nearest(balls, &mut tally).map_or(-1, |id| id as i32);

@@ -135,7 +135,7 @@ impl<F: Roots> simd::Work for Paint<'_, F> {
         let [near, far] = self.planes;
         let mut tests = 0;
         for entry in self.lists {
-            let sphere = self.spheres.sphere(entry.index as usize);
+            let sphere = self.spheres.known(entry.index as usize);
             let (center, radius) = (sphere.center.as_vec3().to_array(), sphere.radius as f32);
             let [left, right, top, bottom] = entry.window.map(usize::from);
             for row in top..=bottom {

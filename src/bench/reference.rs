@@ -76,7 +76,7 @@ pub fn exact(scene: &Scene, view: &View, region: Region) -> Reference {
 fn decide(truth: &Truth, binner: &Binner, entry: &Entry, scene: &Scene, [x, y]: [usize; 2], state: &mut State) {
     let (s, projector) = (&entry.sphere, &binner.projector);
     let mut tally = Tally::default();
-    let ball = Ball::from(scene.sphere(entry.index as usize));
+    let ball = Ball::from(scene.known(entry.index as usize));
     let orthographic = projector.projection == Projection::Orthographic;
     let reach = (s.r + 1e3 * s.bound()) * (1.0 + 1e-9);
     let [left, right, top, bottom] = entry.window.map(usize::from);
@@ -159,7 +159,7 @@ mod tests {
     /// Every sphere at every pixel, with no lists.
     fn plainly(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
         let truth = Truth::new(view, scene.bounds());
-        let balls = || (0..scene.len()).map(|k| (k as u32, Ball::from(scene.sphere(k))));
+        let balls = || (0..scene.len()).map(|k| (k as u32, Ball::from(scene.known(k))));
         let pixels =
             (region.y..region.y + region.height).flat_map(|j| (region.x..region.x + region.width).map(move |i| (i, j)));
         pixels

@@ -465,7 +465,7 @@ mod tests {
             assert_eq!((loaded.fixed_camera, loaded.image), (Some(made.camera), IMAGE));
             assert_eq!(loaded.scene.len(), made.scene.len());
             assert!((0..made.scene.len()).all(|k| {
-                let (a, b) = (loaded.scene.sphere(k), made.scene.sphere(k));
+                let (a, b) = (loaded.scene.known(k), made.scene.known(k));
                 (a.center, a.radius) == (b.center, b.radius)
             }));
             let each = if kind == Kind::Uniform { 12 } else { 16 };

@@ -25,6 +25,7 @@ use clap::{CommandFactory, Parser};
 
 use crate::{
     bench::speed::BenchError,
+    frame::PlaneError,
     load::LoadError,
     output::OutputError,
     part::merge::MergeError,
@@ -49,6 +50,9 @@ enum Failure {
     /// A device that failed.
     #[error("{0}")]
     Draw(#[from] DrawError),
+    /// Ids that are not those of the picture: of parts that are damaged.
+    #[error("{0}")]
+    Plane(#[from] PlaneError),
     /// Parts that do not fit together.
     #[error("{0}")]
     Merge(#[from] MergeError),
@@ -70,7 +74,8 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Merge(_) => 2,
+            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Merge(_) | Self::Plane(_) => 2,
+            Self::Draw(DrawError::View(_)) => 2,
             Self::Device(_) | Self::Draw(_) => 3,
             Self::Check(_) => 1,
             Self::Bench(error) => match error {

@@ -9,7 +9,7 @@ use crate::{
     exact::decide::Truth,
     frame::{self, Paint, Plane, PngFile, PngRows},
     output::{OutputError, Staged, Target},
-    part::{Meta, Pixel, Seen, merge::MergeError, write::PartWriter},
+    part::{Meta, Pixel, Seen, write::PartWriter},
     scene::Scene,
 };
 
@@ -127,8 +127,7 @@ pub(super) fn write(
         let Found { ids, bounds } = draw(band)?;
         if let Some(sink) = &mut depth_sink {
             let _progress = Progress::step("working out depths");
-            let plane =
-                timed(&mut spent.depth, || frame::depths(scene, truth, band, &ids)).ok_or(MergeError::NotSeen)?;
+            let plane = timed(&mut spent.depth, || frame::depths(scene, truth, band, &ids))?;
             timed(&mut spent.encode, || sink.give(Arc::new(Plane(plane)))).map_err(or(&outputs.depth))?;
         }
         let _progress = Progress::step("encoding");
@@ -143,7 +142,7 @@ pub(super) fn write(
                     Some(bounds) => &bounds[place.clone()],
                     None => {
                         let work = || frame::distance_bounds(scene, truth, some, &ids[place.clone()]);
-                        found = timed(&mut spent.depth, work).ok_or(MergeError::NotSeen)?;
+                        found = timed(&mut spent.depth, work)?;
                         &found
                     }
                 };
@@ -185,7 +184,7 @@ pub(super) fn write(
     rows.map_or(Ok(()), PngRows::finish).map_err(or(&outputs.picture))?;
     png.map_or(Ok(()), PngFile::finish).map_err(or(&outputs.picture))?;
     let finish = |(part, seen): (PartWriter<_>, Seen)| {
-        part.finish(seen.iter().map(|place| (indices.of(place), scene.sphere(place))))
+        part.finish(seen.iter().map(|place| (indices.of(place), scene.known(place))))
     };
     part.map_or(Ok(()), finish).map_err(or(&outputs.visibility))?;
     for sink in [png_sink, ids_sink, depth_sink, part_sink].into_iter().flatten() {

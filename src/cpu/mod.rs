@@ -112,7 +112,7 @@ impl Cpu {
     /// Draws a region of a view of a scene on all cores.
     ///
     /// # Errors
-    /// When memory does not suffice.
+    /// When there is no such picture, or memory does not suffice.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         self.draw_as::<Exact>(scene, view, region)
     }
@@ -120,7 +120,7 @@ impl Cpu {
     /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`], and counted.
     ///
     /// # Errors
-    /// When memory does not suffice.
+    /// When there is no such picture, or memory does not suffice.
     pub fn draw_filter_only(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
         drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
@@ -130,13 +130,13 @@ impl Cpu {
     /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where rounding matters.
     ///
     /// # Errors
-    /// When memory does not suffice.
+    /// When there is no such picture, or memory does not suffice.
     pub fn draw_uncertified(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         self.draw_as::<Uncertified>(scene, view, region)
     }
 
     fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
-        let mut drawing = Drawing::new(scene.len(), region)?;
+        let mut drawing = Drawing::new(scene, view, region)?;
         pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing));
         Ok(drawing)
     }

@@ -392,7 +392,7 @@ impl<M: Mode> PaintTile<'_, M> {
                 let first = ordered.starts[group.index as usize] as usize;
                 let count = ordered.starts[group.index as usize + 1] as usize - first;
                 // What no plane cuts of the group is not cut of its spheres.
-                let around = ordered.groups.sphere(group.index as usize);
+                let around = ordered.groups.known(group.index as usize);
                 let cut = projector.cuts(&projector.project(around.center, around.radius));
                 projector.project_batch(&ordered.block, first, &mut batch);
                 projector.footprints(&mut batch);

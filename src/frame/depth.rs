@@ -15,31 +15,34 @@ use crate::{
     scene::Scene,
 };
 
+use super::PlaneError;
+
 /// Distances along the view direction (contract: `t`) of the ids of a region of a view; +infinity where the id is -1.
 /// Distances beyond f32 are +infinity too.
 ///
-/// # Panics
-/// When the ids are not those of this region and view.
-pub fn depth_plane(scene: &Scene, view: &View, region: Region, ids: &[i32]) -> Vec<f32> {
-    depths(scene, &Truth::new(view, scene.bounds()), region, ids).expect("the ids are this view's")
+/// # Errors
+/// When the region of the view has no picture, or the ids are not those of this region of this view of the scene.
+pub fn depth_plane(scene: &Scene, view: &View, region: Region, ids: &[i32]) -> Result<Vec<f32>, PlaneError> {
+    view.check(region)?;
+    depths(scene, &Truth::new(view, scene.bounds()), region, ids)
 }
 
-/// The same for ids that others have found; none when one of them is no sphere that the pixel's ray meets.
+/// The same for a view that was checked.
 ///
-/// # Panics
-/// When there are not as many ids as pixels.
-pub fn depths(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Option<Vec<f32>> {
+/// # Errors
+/// When the ids are not those of this region of this view of the scene.
+pub fn depths(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Result<Vec<f32>, PlaneError> {
     plane(scene, truth, region, ids, f32::INFINITY, |bounds, distance| match bounds {
         Some([low, high]) if low as f32 == high as f32 => Some(low as f32),
         _ => Some(distance()? as f32),
     })
 }
 
-/// Bounds of the distances of the ids of a region, infinite where the id is -1; none as with [`depths`].
+/// Bounds of the distances of the ids of a region, infinite where the id is -1.
 ///
-/// # Panics
-/// When there are not as many ids as pixels.
-pub fn distance_bounds(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Option<Vec<[f64; 2]>> {
+/// # Errors
+/// As [`depths`].
+pub fn distance_bounds(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Result<Vec<[f64; 2]>, PlaneError> {
     plane(scene, truth, region, ids, [f64::INFINITY; 2], |bounds, distance| match bounds {
         Some(bounds) => Some(bounds),
         None => Some(around(distance()?)),
@@ -71,8 +74,10 @@ fn plane<T: Copy + Send>(
     ids: &[i32],
     background: T,
     value: impl Fn(Option<[f64; 2]>, &dyn Fn() -> Option<f64>) -> Option<T> + Sync,
-) -> Option<Vec<T>> {
-    assert_eq!(ids.len(), region.pixels(), "the ids are the region's");
+) -> Result<Vec<T>, PlaneError> {
+    if ids.len() != region.pixels() {
+        return Err(PlaneError::Length { ids: ids.len(), region });
+    }
     let lens = Lens::new(truth);
     let width = region.width as usize;
     let mut values = vec![background; ids.len()];
@@ -84,7 +89,8 @@ fn plane<T: Copy + Send>(
             let (ball, line) = match last {
                 Some((known, ball, line)) if known == id => (ball, line),
                 _ => {
-                    let ball = Ball::from(scene.sphere(index));
+                    let sphere = scene.sphere(index).ok_or(PlaneError::NoSphere { id, spheres: scene.len() })?;
+                    let ball = Ball::from(sphere);
                     (ball, lens.line(ball, row))
                 }
             };
@@ -93,12 +99,13 @@ fn plane<T: Copy + Send>(
                 let pixel = truth.pixel(column, row);
                 Some(pixel.distance(&pixel.hit(ball, &mut Tally::default())?))
             };
-            *to = value(lens.bounds(&line, column, row), &distance)?;
+            let seen = value(lens.bounds(&line, column, row), &distance);
+            *to = seen.ok_or(PlaneError::NotSeen { id, column, row })?;
         }
-        Some(())
+        Ok(())
     })
-    .collect::<Option<()>>()?;
-    Some(values)
+    .collect::<Result<(), PlaneError>>()?;
+    Ok(values)
 }
 
 /// The filter, set up for single pixels of a whole view.
@@ -171,11 +178,11 @@ mod tests {
         let mut ids = Vec::new();
         for row in 0..size {
             for column in 0..size {
-                let hit = truth.pixel(column, row).hit(scene.sphere(0).into(), &mut Tally::default());
+                let hit = truth.pixel(column, row).hit(scene.sphere(0).unwrap().into(), &mut Tally::default());
                 ids.push(if hit.is_some() { 0 } else { -1 });
             }
         }
-        depth_plane(&scene, &view, Region::whole(view.image), &ids)
+        depth_plane(&scene, &view, Region::whole(view.image), &ids).unwrap()
     }
 
     #[test]

@@ -15,7 +15,44 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::scene::Scene;
+use crate::{
+    camera::{Region, ViewError},
+    scene::Scene,
+};
+
+/// Why there is no plane of some ids.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum PlaneError {
+    /// The region of the view has no picture.
+    #[error("{0}")]
+    View(#[from] ViewError),
+    /// There are not as many ids as pixels.
+    #[error("there are {ids} ids for the {} x {} pixels of the region; give one for each", .region.width, .region.height)]
+    Length {
+        /// How many there are.
+        ids: usize,
+        /// For these pixels.
+        region: Region,
+    },
+    /// An id is none of the scene's spheres.
+    #[error("id {id} is none of the scene's {spheres} spheres; give ids of this scene, and -1 for the background")]
+    NoSphere {
+        /// The id.
+        id: i32,
+        /// Spheres of the scene.
+        spheres: usize,
+    },
+    /// A pixel's ray does not meet the sphere.
+    #[error("sphere {id} is not seen at column {column}, row {row}; give the ids of this view of this scene")]
+    NotSeen {
+        /// The sphere.
+        id: i32,
+        /// Column in the whole image.
+        column: u32,
+        /// Row in the whole image.
+        row: u32,
+    },
+}
 
 /// Colours of ids: a sphere's own, the background's for -1.
 #[derive(Clone, Copy)]
@@ -27,29 +64,50 @@ pub struct Paint<'a> {
 }
 
 impl Paint<'_> {
-    /// The colour of an id.
-    pub fn color(&self, id: i32) -> [u8; 3] {
-        usize::try_from(id).map_or(self.background, |index| self.scene.color(index))
+    /// The colour of an id; none of what is no sphere of the scene.
+    pub fn color(&self, id: i32) -> Option<[u8; 3]> {
+        usize::try_from(id).map_or(Some(self.background), |index| self.scene.color(index))
+    }
+
+    /// Refuses ids that are none of the scene's spheres.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn check(&self, ids: &[i32]) -> Result<(), PlaneError> {
+        const PART: usize = 1 << 16;
+        let spheres = self.scene.len();
+        let foreign = |id: i32| usize::try_from(id).is_ok_and(|index| index >= spheres);
+        let greatest = ids.par_chunks(PART).map(|ids| ids.iter().fold(i32::MIN, |most, &id| most.max(id))).max();
+        if !greatest.is_some_and(foreign) {
+            return Ok(());
+        }
+        ids.iter().find(|id| foreign(**id)).map_or(Ok(()), |&id| Err(PlaneError::NoSphere { id, spheres }))
     }
 
     /// Runs of one id, in order: their places and their colours.
+    ///
+    /// The ids are known to be the scene's.
     fn runs(&self, ids: &[i32]) -> impl Iterator<Item = (Range<usize>, [u8; 3])> {
         let mut start = 0;
         std::iter::from_fn(move || {
             let id = *ids.get(start)?;
             let run = start..start + run(id, &ids[start..]);
             start = run.end;
-            Some((run, self.color(id)))
+            Some((run, self.color(id).expect("the ids were checked")))
         })
     }
 
     /// The colour plane: sRGB, one for each id, in their order.
-    pub fn colors(&self, ids: &[i32]) -> Vec<[u8; 3]> {
+    ///
+    /// # Errors
+    /// When an id is none of the scene's spheres.
+    pub fn colors(&self, ids: &[i32]) -> Result<Vec<[u8; 3]>, PlaneError> {
+        self.check(ids)?;
         let mut colors = vec![[0; 3]; ids.len()];
         colors.par_chunks_mut(1 << 14).zip(ids.par_chunks(1 << 14)).for_each(|(colors, ids)| {
             self.runs(ids).for_each(|(run, color)| colors[run].fill(color));
         });
-        colors
+        Ok(colors)
     }
 }
 
@@ -80,12 +138,15 @@ mod tests {
         let ball = |color| Sphere { center: DVec3::ZERO, radius: 1.0, color };
         let scene = Scene::from_spheres(&[ball([1, 2, 3]), ball([4, 5, 6])]).unwrap();
         let paint = Paint { scene: &scene, background: [9, 9, 9] };
-        assert_eq!(paint.colors(&[1, 1, -1, 0, 1]), [[4, 5, 6], [4, 5, 6], [9, 9, 9], [1, 2, 3], [4, 5, 6]]);
+        let few = paint.colors(&[1, 1, -1, 0, 1]).unwrap();
+        assert_eq!(few, [[4, 5, 6], [4, 5, 6], [9, 9, 9], [1, 2, 3], [4, 5, 6]]);
+        assert_eq!(paint.colors(&[0, 2, 3]), Err(PlaneError::NoSphere { id: 2, spheres: 2 }));
+        assert_eq!((paint.color(2), paint.color(i32::MAX), paint.color(-1)), (None, None, Some([9, 9, 9])));
         let many: Vec<i32> = (0..100_000).map(|k| k % 3 - 1).collect();
         let runs: Vec<i32> = (0..300).flat_map(|k| std::iter::repeat_n(k % 3 - 1, k as usize % 70)).collect();
-        assert!(paint.colors(&runs).iter().zip(&runs).all(|(&color, &id)| color == paint.color(id)));
+        assert!(paint.colors(&runs).unwrap().iter().zip(&runs).all(|(&color, &id)| Some(color) == paint.color(id)));
         assert!(paint.runs(&runs).all(|(run, _)| runs[run.clone()].iter().all(|&id| id == runs[run.start])));
         assert_eq!(paint.runs(&[1; 40]).collect::<Vec<_>>(), [(0..40, [4, 5, 6])]);
-        assert!(paint.colors(&many).iter().zip(&many).all(|(&color, &id)| color == paint.color(id)));
+        assert!(paint.colors(&many).unwrap().iter().zip(&many).all(|(&color, &id)| Some(color) == paint.color(id)));
     }
 }

@@ -18,7 +18,7 @@ impl<T: bytemuck::Pod> AsRef<[u8]> for Plane<T> {
 /// Writes numbers of a shape as int32.
 ///
 /// # Errors
-/// The writer's.
+/// The writer's; of the kind `InvalidInput` when there are not as many numbers as the shape has.
 pub fn write_i32(out: &mut dyn Write, shape: &[usize], numbers: &[i32]) -> io::Result<()> {
     write(out, "<i4", shape, numbers)
 }
@@ -26,13 +26,16 @@ pub fn write_i32(out: &mut dyn Write, shape: &[usize], numbers: &[i32]) -> io::R
 /// Writes numbers of a shape as float32.
 ///
 /// # Errors
-/// The writer's.
+/// As [`write_i32`].
 pub fn write_f32(out: &mut dyn Write, shape: &[usize], numbers: &[f32]) -> io::Result<()> {
     write(out, "<f4", shape, numbers)
 }
 
 fn write<T: bytemuck::Pod>(out: &mut dyn Write, descr: &str, shape: &[usize], numbers: &[T]) -> io::Result<()> {
-    assert_eq!(shape.iter().product::<usize>(), numbers.len(), "the shape is the numbers'");
+    if shape.iter().product::<usize>() != numbers.len() {
+        let words = format!("{} numbers are not an array of shape {shape:?}", numbers.len());
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, words));
+    }
     out.write_all(&header(descr, shape))?;
     out.write_all(bytemuck::cast_slice(numbers))
 }
@@ -76,6 +79,8 @@ mod tests {
         assert!(out[10..].starts_with(b"{'descr': '<i4', 'fortran_order': False, 'shape': (2, 3), } "));
         assert_eq!(out[127], b'\n');
         assert_eq!(out[128..136], [1, 0, 0, 0, 255, 255, 255, 255]);
+        let wrong = write_f32(&mut Vec::new(), &[2, 2], &[0.0; 5]).unwrap_err();
+        assert_eq!((wrong.kind(), wrong.to_string().contains("[2, 2]")), (io::ErrorKind::InvalidInput, true));
         assert!(header("<f4", &[7])[10..].starts_with(b"{'descr': '<f4', 'fortran_order': False, 'shape': (7,), }"));
     }
 }

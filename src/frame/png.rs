@@ -18,7 +18,7 @@ use std::io::{self, Write};
 use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, StreamWriter, Writer};
 use rayon::prelude::*;
 
-use super::Paint;
+use super::{Paint, PlaneError};
 use crate::camera::Region;
 
 /// Pixels that are coloured at a time.
@@ -30,9 +30,12 @@ const CHUNK: usize = 1 << 18;
 /// Writes the picture of a region's ids.
 ///
 /// # Errors
-/// The writer's.
+/// The writer's; of the kind `InvalidInput` when the ids are not those of this region and scene.
 pub fn write_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint) -> io::Result<()> {
-    assert_eq!(ids.len(), region.pixels(), "the ids are the region's");
+    if ids.len() != region.pixels() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, PlaneError::Length { ids: ids.len(), region }));
+    }
+    checked(paint, ids)?;
     let width = region.width as usize;
     let palette = Palette::of(ids, paint);
     let mut encoder = Encoder::new(out, region.width, region.height);
@@ -123,8 +126,9 @@ impl<W: Write> PngRows<'_, W> {
     /// Takes the ids of the next rows.
     ///
     /// # Errors
-    /// The writer's.
+    /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres.
     pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
+        checked(&self.paint, ids)?;
         let band = (BAND / self.width).max(1) * self.width;
         for ids in ids.chunks(band) {
             self.bytes.resize(3 * ids.len(), 0);
@@ -143,6 +147,11 @@ impl<W: Write> PngRows<'_, W> {
     pub fn finish(self) -> io::Result<()> {
         self.stream.finish().map_err(into_io)
     }
+}
+
+/// Ids of the scene, or an error of a writer.
+fn checked(paint: &Paint, ids: &[i32]) -> io::Result<()> {
+    paint.check(ids).map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))
 }
 
 /// The writer's own errors as they are.
@@ -264,7 +273,7 @@ mod tests {
                     }
                     let image = image::load_from_memory(&bytes).unwrap().into_rgb8();
                     assert_eq!((image.width(), image.height()), (width, height));
-                    assert!(image.pixels().zip(&ids).all(|(pixel, &id)| pixel.0 == paint.color(id)));
+                    assert!(image.pixels().zip(&ids).all(|(pixel, &id)| Some(pixel.0) == paint.color(id)));
                 }
             }
         }
@@ -284,6 +293,20 @@ mod tests {
         rows.finish().unwrap();
         file.finish().unwrap();
         assert_eq!(bytes, whole);
+    }
+
+    #[test]
+    fn foreign_ids_are_refused() {
+        let scene = scene(2);
+        let paint = Paint { scene: &scene, background: [0; 3] };
+        let region = Region { x: 0, y: 0, width: 2, height: 2 };
+        for ids in [&[0, 1, -1, 2][..], &[0, 1, -1], &[0; 5]] {
+            let error = write_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{error}");
+        }
+        let mut file = PngFile::new(Vec::new(), region).unwrap();
+        let error = file.rows(paint).unwrap().push(&[0, 2]).unwrap_err();
+        assert!(error.to_string().contains("id 2"), "{error}");
     }
 
     #[test]

@@ -221,7 +221,7 @@ impl Gpu {
     /// the pixels, the next frames of the same scene are drawn by the host alone.
     ///
     /// # Errors
-    /// When the device fails, or memory does not suffice there or here.
+    /// When there is no such picture, the device fails, or memory does not suffice there or here.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let mut drawing = self.filter(scene, view, region, true)?;
         drawing.counts.undecided = drawing.counts.undecided.min(region.pixels());
@@ -237,7 +237,7 @@ impl Gpu {
     }
 
     fn filter(&mut self, scene: &Scene, view: &View, region: Region, decide: bool) -> Result<Drawing, DrawError> {
-        let mut drawing = Drawing::new(scene.len(), region)?;
+        let mut drawing = Drawing::new(scene, view, region)?;
         pool::enter(|| self.filter_into(scene, view, decide, &mut drawing))?;
         Ok(drawing)
     }

@@ -77,6 +77,7 @@ impl Naive {
     /// # Errors
     /// When the device fails.
     pub fn draw(&mut self, gpu: &mut Gpu, scene: &Scene, view: &View) -> Result<Vec<i32>, DrawError> {
+        view.check(Region::whole(view.image))?;
         gpu.guarded(|gpu| self.run(gpu, scene, view))
     }
 
@@ -85,7 +86,7 @@ impl Naive {
         if self.uploaded != Some(scene.identity()) {
             let spheres: Vec<[f32; 4]> = (0..scene.len())
                 .map(|index| {
-                    let sphere = scene.sphere(index);
+                    let sphere = scene.known(index);
                     let [x, y, z] = sphere.center.as_vec3().to_array();
                     [x, y, z, sphere.radius as f32]
                 })

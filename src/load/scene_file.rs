@@ -136,15 +136,9 @@ fn read_screen(section: &Section, projection: Projection) -> Result<ScreenSize, 
             "an orthographic camera has no field of view",
             "add projection = \"perspective\", or give `width` in world units instead of `fov`",
         )),
-        (Projection::Perspective, Some(fov), _) if fov > 0.0 && fov < 180.0 => {
-            Ok(ScreenSize::Height(height_from_fov(fov)))
+        (Projection::Perspective, Some(fov), _) => {
+            height_from_fov(fov).map(ScreenSize::Height).map_err(|error| camera_fault(section, &error))
         }
-        (Projection::Perspective, Some(fov), _) => Err(Fault::new(
-            format!("`fov` is {fov} degrees"),
-            section.place("fov"),
-            "not between 0 and 180",
-            "write an angle greater than 0 and less than 180",
-        )),
         (_, None, (Some(width), Some(height))) => Ok(ScreenSize::Both { width, height }),
         (_, None, (Some(width), None)) => Ok(ScreenSize::Width(width)),
         (_, None, (None, Some(height))) => Ok(ScreenSize::Height(height)),
@@ -177,6 +171,7 @@ fn camera_fault(section: &Section, error: &CameraError) -> Fault {
             "give another point, or `view`, a direction",
         ),
         CameraError::ZeroView => Fault::new(message, section.place("view"), "zero", fix),
+        CameraError::Fov(_) => Fault::new(message, section.place("fov"), "not between 0 and 180", fix),
         CameraError::UpParallel if section.get("up").is_none() => Fault::new(
             "the view direction is parallel to the default up, [0, 0, 1]",
             section.place(direction),

@@ -299,7 +299,7 @@ impl<'a> Merge<'a> {
                 } else {
                     ties += 1;
                     let pixel = self.truth.pixel(column, row);
-                    let mut hit = |place: i32| pixel.hit(Ball::from(self.scene.sphere(place as usize)), &mut tally);
+                    let mut hit = |place: i32| pixel.hit(Ball::from(self.scene.known(place as usize)), &mut tally);
                     // Which of the two files is damaged is not known; the one at hand is named.
                     let (one, other) = (hit(place).ok_or_else(damaged)?, hit(holder).ok_or_else(damaged)?);
                     // Places rise with indices.

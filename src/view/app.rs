@@ -166,7 +166,7 @@ impl App {
         let (column, row) = (inside(self.cursor.x, self.image.width)?, inside(self.cursor.y, self.image.height)?);
         let id = *frame.ids.get(row as usize * self.image.width as usize + column as usize)?;
         let scene = &self.start.loaded.scene;
-        let sphere = scene.sphere(usize::try_from(id).ok()?);
+        let sphere = scene.sphere(usize::try_from(id).ok()?)?;
         let truth = Truth::new(&frame.view, scene.bounds());
         let pixel = truth.pixel(column, row);
         let distance = pixel.distance(&pixel.hit(sphere.into(), &mut Tally::default())?);

@@ -73,7 +73,8 @@ impl Painter {
 fn draw(device: &mut Device, scene: &Scene, background: [u8; 3], view: View) -> Result<Frame, DrawError> {
     let start = Instant::now();
     let ids = device.draw(scene, &view, Region::whole(view.image))?.ids;
-    let colors = Paint { scene, background }.colors(&ids);
+    let paint = Paint { scene, background };
+    let colors = paint.colors(&ids).map_err(|error| DrawError::Device(error.to_string()))?;
     let pixels = colors.par_iter().map(|&color| packed(color)).collect();
     Ok(Frame { view, ids, pixels, milliseconds: start.elapsed().as_secs_f64() * 1e3 })
 }

@@ -164,7 +164,7 @@ pub fn switch(view: &View, depth: f64) -> Camera {
     match camera.projection {
         Projection::Orthographic => {
             let height = view.pitch_y.to_f64() * f64::from(view.image.height);
-            let distance = height / height_from_fov(FOV);
+            let distance = height / height_from_fov(FOV).expect("the usual angle is one");
             let back = distance - depth;
             let near = if camera.near > 0.0 { (camera.near + back).max(0.0) } else { 0.0 };
             let origin = camera.origin - back * Frame::of(&camera).forward;

@@ -146,7 +146,7 @@ impl Judge {
     pub fn new(scene: &Scene, view: &View) -> Self {
         let camera = &view.camera;
         let spheres: Vec<_> =
-            (0..scene.len()).map(|i| scene.sphere(i)).map(|s| (s.center.to_array(), s.radius)).collect();
+            (0..scene.len()).map(|i| scene.sphere(i).unwrap()).map(|s| (s.center.to_array(), s.radius)).collect();
         let (columns, rows) = (view.image.width, view.image.height);
         let sides = match camera.size {
             ScreenSize::Both { width, height } => [(width, columns, columns), (height, rows, rows)],

@@ -1,0 +1,226 @@
+//! What a program that uses the library may do: draw one scene from many threads, and ask for what has no picture.
+
+use std::{
+    sync::{Barrier, mpsc},
+    thread,
+    time::Duration,
+};
+
+use glam::DVec3;
+use planisphere::{
+    camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View, ViewError},
+    frame::{Paint, PlaneError, depth_plane, write_f32, write_i32, write_png},
+    render::{Device, DeviceChoice, DrawError},
+    scene::{Scene, Sphere},
+};
+
+/// Spheres of which one in a hundred is ten times as large as the others: what large ones hide is looked for.
+fn unlike(count: u32) -> Vec<Sphere> {
+    let sphere = |k: u32| {
+        let at = |m: u32| f64::from(k.wrapping_mul(m) >> 16) / 655.36;
+        let radius = if k.is_multiple_of(100) { 2.0 } else { 0.2 };
+        Sphere { center: DVec3::new(at(2654435761), at(2246822519), at(3266489917)), radius, color: [200; 3] }
+    };
+    (0..count).map(sphere).collect()
+}
+
+/// Fails when some work is not done in time: a deadlock would otherwise hold up the tests for ever.
+fn within(limit: Duration, what: &str, work: impl FnOnce() + Send + 'static) {
+    let (done, waits) = mpsc::channel();
+    let worker = thread::spawn(move || {
+        work();
+        let _ = done.send(());
+    });
+    match waits.recv_timeout(limit) {
+        Err(mpsc::RecvTimeoutError::Timeout) => panic!("{what}: not done within {limit:?}"),
+        _ => worker.join().unwrap(),
+    }
+}
+
+/// `PLANISPHERE_ROUNDS=300` draws as many fresh scenes in each way; the default is for every day.
+fn rounds(usual: usize) -> usize {
+    std::env::var("PLANISPHERE_ROUNDS").map_or(usual, |rounds| rounds.parse().expect("a number of rounds"))
+}
+
+/// Draws of fresh scenes, several of each at once, on pools of several sizes. A draw that waits inside of a lock for other threads of its pool
+/// takes up another draw meanwhile, which waits for the lock: that hung within some ten rounds.
+fn together(choice: DeviceChoice, rounds: usize) {
+    let spheres = unlike(100_000);
+    let image = ImageSize { width: 320, height: 180 };
+    for threads in [2, 4] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        for callers in [2, 8] {
+            let mut devices: Vec<Device> = (0..callers).map(|_| Device::open(&choice).unwrap()).collect();
+            for round in 0..rounds {
+                let scene = Scene::from_spheres(&spheres).unwrap();
+                let view = View::new(Camera::framing(scene.bounds(), image), image);
+                let start = Barrier::new(callers);
+                let draw = |device: &mut Device| {
+                    start.wait();
+                    pool.install(|| device.draw(&scene, &view, Region::whole(image)).unwrap().ids)
+                };
+                let mut all: Vec<Vec<i32>> = thread::scope(|scope| {
+                    let callers: Vec<_> = devices.iter_mut().map(|device| scope.spawn(|| draw(device))).collect();
+                    callers.into_iter().map(|caller| caller.join().unwrap()).collect()
+                });
+                let first = all.pop().unwrap();
+                assert!(first.iter().any(|&id| id >= 0));
+                assert!(all.iter().all(|ids| *ids == first), "round {round}, {threads} threads, {callers} callers");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_fresh_scene_is_drawn_by_many_at_once_on_the_cpu() {
+    let rounds = rounds(25);
+    within(Duration::from_secs(60 + 2 * rounds as u64), "draws at once", move || together(DeviceChoice::Cpu, rounds));
+}
+
+#[test]
+fn a_fresh_scene_is_drawn_by_many_at_once_on_the_gpu() {
+    let rounds = rounds(4);
+    within(Duration::from_secs(120 + 4 * rounds as u64), "draws at once", move || together(DeviceChoice::Gpu, rounds));
+}
+
+const IMAGE: ImageSize = ImageSize { width: 8, height: 6 };
+
+fn camera() -> Camera {
+    Camera { size: ScreenSize::Width(4.0), ..Camera::orthographic(DVec3::ZERO, DVec3::X) }
+}
+
+fn scene() -> Scene {
+    let ball = |x, color| Sphere { center: DVec3::new(x, 0.0, 0.0), radius: 1.0, color };
+    Scene::from_spheres(&[ball(5.0, [1, 2, 3]), ball(7.0, [4, 5, 6])]).unwrap()
+}
+
+/// Everything of which there is no picture, with its name and what is said of it.
+fn refused() -> Vec<(&'static str, View, Region, ViewError)> {
+    let whole = Region::whole(IMAGE);
+    let mut all = Vec::new();
+    let mut add = |name, camera, error: CameraError| all.push((name, camera, ViewError::Camera(error)));
+    let nan = DVec3::new(0.0, f64::NAN, 0.0);
+    add("a NaN origin", Camera { origin: nan, ..camera() }, CameraError::NotFinite("origin"));
+    add("an infinite origin", Camera { origin: DVec3::INFINITY, ..camera() }, CameraError::NotFinite("origin"));
+    add("a NaN view", Camera { view: nan, ..camera() }, CameraError::NotFinite("view"));
+    add("a NaN up", Camera { up: nan, ..camera() }, CameraError::NotFinite("up"));
+    add("no view direction", Camera { view: DVec3::ZERO, ..camera() }, CameraError::ZeroView);
+    add("an up along the view", Camera { up: -2.0 * DVec3::X, ..camera() }, CameraError::UpParallel);
+    let planes = |near, far| (Camera { near, far, ..camera() }, CameraError::Planes { near, far });
+    for (name, near, far) in [
+        ("near beyond far", 3.0, 2.0),
+        ("near at far", 2.0, 2.0),
+        ("a negative near", -1.0, 2.0),
+        ("a NaN near", f64::NAN, 2.0),
+        ("an infinite near", f64::INFINITY, f64::INFINITY),
+        ("a NaN far", 0.0, f64::NAN),
+    ] {
+        let (camera, error) = planes(near, far);
+        add(name, camera, error);
+    }
+    for (name, value) in [
+        ("a width of 0", 0.0),
+        ("a negative width", -4.0),
+        ("an infinite width", f64::INFINITY),
+        ("a NaN width", f64::NAN),
+    ] {
+        let error = || CameraError::Size { what: "width", value };
+        add(name, Camera { size: ScreenSize::Width(value), ..camera() }, error());
+        add(name, Camera { size: ScreenSize::Both { width: value, height: 1.0 }, ..camera() }, error());
+        let fan = Camera { projection: Projection::Perspective, size: ScreenSize::Width(value), ..camera() };
+        add(name, fan, error());
+        let error = CameraError::Size { what: "height", value };
+        add("such a height", Camera { size: ScreenSize::Height(value), ..camera() }, error);
+    }
+    let mut all: Vec<_> =
+        all.into_iter().map(|(name, camera, error)| (name, View::new(camera, IMAGE), whole, error)).collect();
+
+    for (width, height) in [(0, 0), (0, 6), (8, 0), (MAX_SIDE + 1, 6), (8, MAX_SIDE + 1), (100_000, 2), (u32::MAX, 1)] {
+        let image = ImageSize { width, height };
+        let one = Region { x: 0, y: 0, width: 1, height: 1 };
+        all.push(("an image out of limits", View::new(camera(), image), one, ViewError::Image(image)));
+    }
+    let mut view = View::new(camera(), IMAGE);
+    view.camera.size = ScreenSize::Width(1.0);
+    all.push(("a camera changed inside of a view", view, whole, ViewError::Stale));
+    let mut view = View::new(camera(), IMAGE);
+    view.image.width = 4;
+    all.push(("an image changed inside of a view", view, Region { width: 4, ..whole }, ViewError::Stale));
+    let view = View::new(camera(), IMAGE);
+    for (width, height) in [(0, 0), (0, 6), (8, 0)] {
+        let region = Region { width, height, ..whole };
+        all.push(("a region without pixels", view, region, ViewError::Empty(region)));
+    }
+    for [x, y, width, height] in
+        [[1, 0, 8, 6], [0, 1, 8, 6], [8, 0, 1, 1], [0, 0, 9, 6], [u32::MAX, 0, 8, 6], [0, 2, 8, u32::MAX]]
+    {
+        let region = Region { x, y, width, height };
+        all.push(("a region outside of the image", view, region, ViewError::Outside { region, image: IMAGE }));
+    }
+    all
+}
+
+/// `View` holds NaN, which equals nothing: errors are compared by what they say.
+fn same(found: &ViewError, wanted: &ViewError) -> bool {
+    format!("{found:?}") == format!("{wanted:?}")
+}
+
+/// Every device refuses the same things in the same words, and draws as before afterwards.
+fn refuses(choice: DeviceChoice) {
+    let scene = scene();
+    let mut device = Device::open(&choice).unwrap();
+    let view = View::new(camera(), IMAGE);
+    let before = device.draw(&scene, &view, Region::whole(IMAGE)).unwrap().ids;
+    assert!(before.contains(&0) && before.contains(&-1));
+    for (name, view, region, wanted) in refused() {
+        for scene in [&scene, &Scene::new(Vec::new()).unwrap()] {
+            match device.draw(scene, &view, region) {
+                Err(DrawError::View(error)) => assert!(same(&error, &wanted), "{name}: {error:?}, not {wanted:?}"),
+                other => panic!("{name}: {other:?}, not an error of the view"),
+            }
+        }
+        let words = wanted.to_string();
+        assert!(words.contains("; "), "the fix is named: {words}");
+    }
+    assert_eq!(device.draw(&scene, &view, Region::whole(IMAGE)).unwrap().ids, before);
+}
+
+#[test]
+fn what_has_no_picture_is_refused_by_the_cpu() {
+    refuses(DeviceChoice::Cpu);
+}
+
+#[test]
+fn what_has_no_picture_is_refused_by_the_gpu() {
+    refuses(DeviceChoice::Gpu);
+}
+
+#[test]
+fn planes_refuse_what_is_not_of_the_picture() {
+    let (scene, view) = (scene(), View::new(camera(), IMAGE));
+    let whole = Region::whole(IMAGE);
+    let ids = Device::open(&DeviceChoice::Cpu).unwrap().draw(&scene, &view, whole).unwrap().ids;
+    for (name, view, region, wanted) in refused() {
+        match depth_plane(&scene, &view, region, &ids) {
+            Err(PlaneError::View(error)) => assert!(same(&error, &wanted), "{name}: {error:?}"),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    let depth = |ids: &[i32]| depth_plane(&scene, &view, whole, ids);
+    assert_eq!(depth(&ids).unwrap().len(), 48);
+    assert_eq!(depth(&ids[1..]), Err(PlaneError::Length { ids: 47, region: whole }));
+    let foreign: Vec<i32> = ids.iter().map(|&id| if id == 0 { 99 } else { id }).collect();
+    assert_eq!(depth(&foreign), Err(PlaneError::NoSphere { id: 99, spheres: 2 }));
+    assert_eq!(depth(&[0; 48]), Err(PlaneError::NotSeen { id: 0, column: 0, row: 0 }));
+
+    let paint = Paint { scene: &scene, background: [0; 3] };
+    assert_eq!(paint.colors(&ids).unwrap().len(), 48);
+    assert_eq!(paint.colors(&foreign), Err(PlaneError::NoSphere { id: 99, spheres: 2 }));
+    assert_eq!((paint.color(99), scene.sphere(99), scene.color(99)), (None, None, None));
+    let invalid = std::io::ErrorKind::InvalidInput;
+    let out = &mut Vec::new();
+    assert_eq!(write_png(out, whole, &ids[1..], &paint).unwrap_err().kind(), invalid);
+    assert_eq!(write_png(out, whole, &foreign, &paint).unwrap_err().kind(), invalid);
+    assert_eq!(write_i32(out, &[6, 8], &ids[1..]).unwrap_err().kind(), invalid);
+    assert_eq!(write_f32(out, &[6, 8], &[0.0; 49]).unwrap_err().kind(), invalid);
+}
