@@ -8,6 +8,7 @@
 //!   [`shader`].
 //! * [`order`], [`cover`]: what can be skipped: groups of neighbours as a whole, and what large spheres hide.
 //! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and the other decides what is left over.
+//!   [`pair`]: the order of two spheres that all but coincide.
 //! * [`bins`], [`project`], [`filter`], [`simd`], [`pool`]: spheres into view space, tile lists, and one ray against one sphere, in f64
 //!   with bounds that are derived next to them; all lanes, all cores.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
@@ -44,6 +45,7 @@ pub mod make;
 pub mod memory;
 pub mod order;
 pub mod output;
+pub mod pair;
 pub mod part;
 pub mod plan;
 pub mod pool;

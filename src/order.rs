@@ -10,7 +10,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    memory,
+    exact::decide::Ball,
+    memory, pair,
     project::BATCH,
     scene::{Block, Colors, Radii, Reals, Scene},
 };
@@ -112,6 +113,24 @@ impl Ordered {
         let [first, end] = [0, 1].map(|k| self.starts[group as usize + k]);
         (end - first == 1).then(|| self.indices[first as usize])
     }
+}
+
+/// Whether a good part of a scene's spheres all but coincide, by a sample of them. A guess: it decides only the order of work.
+pub fn is_crowded(scene: &Scene) -> bool {
+    /// So many are looked at, evenly spread.
+    const SAMPLE: usize = 256;
+    /// So many pairs of these, when a sixteenth of the spheres lies in one place.
+    const PAIRS: usize = SAMPLE * SAMPLE / 512;
+    let sample: Vec<Ball> =
+        (0..SAMPLE.min(scene.len())).map(|k| scene.known(k * scene.len() / SAMPLE.min(scene.len())).into()).collect();
+    let mut pairs = 0;
+    for (k, one) in sample.iter().enumerate() {
+        pairs += sample[..k].iter().filter(|other| pair::near(one, other)).count();
+        if pairs >= PAIRS {
+            return true;
+        }
+    }
+    false
 }
 
 /// Whether no square of a distance leaves the range of f64, and memory is not short.

@@ -251,6 +251,12 @@ impl Projector {
         Projected { x: f.dot(self.right), y: f.dot(self.up), z: f.dot(self.forward), r: radius * self.scale }
     }
 
+    /// A difference of two places, from world axes to those of view space; lengths stay as they are.
+    #[inline(always)]
+    pub fn rotate(&self, difference: DVec3) -> DVec3 {
+        DVec3::new(difference.dot(self.right), difference.dot(self.up), difference.dot(self.forward))
+    }
+
     /// Spheres `first ..` of a block, as many as fit.
     #[inline(always)]
     pub fn project_batch(&self, block: &Block, first: usize, batch: &mut Batch) {

@@ -1,5 +1,10 @@
 //! A device draws a scene: the one entry for every caller.
 
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
 use crate::{
     bins::Met,
     camera::{Region, View, ViewError},
@@ -29,6 +34,39 @@ pub enum DeviceError {
     NoAdapter(String),
 }
 
+/// Ends drawings from outside: from another thread, or from what a person presses.
+///
+/// Clones are the same. A device that was given one ([`Device::cancel_on`]) looks at it between tiles and between decisions, and
+/// `draw` then ends soon, with [`DrawError::Cancelled`].
+#[derive(Clone, Debug, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// Not cancelled.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Ends what is drawn now, and all that is begun later.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was cancelled.
+    #[inline]
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// An error once it was cancelled.
+    ///
+    /// # Errors
+    /// [`DrawError::Cancelled`].
+    pub fn check(&self) -> Result<(), DrawError> {
+        if self.is_cancelled() { Err(DrawError::Cancelled) } else { Ok(()) }
+    }
+}
+
 /// Why a picture could not be drawn on a device that was opened.
 #[derive(Debug, thiserror::Error)]
 pub enum DrawError {
@@ -38,6 +76,9 @@ pub enum DrawError {
     /// The device failed; its own words.
     #[error("the device failed: {0}")]
     Device(String),
+    /// It was cancelled from outside.
+    #[error("the drawing was cancelled")]
+    Cancelled,
     /// It cannot fit into memory; says what is needed.
     #[error("{0}")]
     Memory(String),
@@ -186,10 +227,18 @@ impl Device {
         }
     }
 
+    /// Drawings on this device end when this is cancelled.
+    pub fn cancel_on(&mut self, cancel: &Cancel) {
+        match self {
+            Self::Cpu(cpu) => cpu.cancel_on(cancel),
+            Self::Gpu(gpu) => gpu.cancel_on(cancel),
+        }
+    }
+
     /// Draws a region of a view of a scene.
     ///
     /// # Errors
-    /// When there is no such picture, the device fails, or memory does not suffice.
+    /// When there is no such picture, it was cancelled, the device fails, or memory does not suffice.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         match self {
             Self::Cpu(cpu) => cpu.draw(scene, view, region),

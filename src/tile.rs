@@ -13,8 +13,10 @@ use crate::{
     cover::BLOCK,
     exact::decide::{Ball, Hit, Root, Tally, Truth},
     filter::{BACK, Look, Margins, Row, length},
+    pair::Pair,
     plan::NONE,
     project::{Projected, Projector},
+    render::Cancel,
     scene::Scene,
     simd::{self, LANES, Lanes},
 };
@@ -101,6 +103,8 @@ pub struct Place<'a, const SIDE: usize> {
     /// On the screen; infinite beyond the region.
     columns: [f64; SIDE],
     rows: [f64; SIDE],
+    /// Decisions end when this is cancelled.
+    cancel: Option<&'a Cancel>,
 }
 
 impl<'a, const SIDE: usize> Place<'a, SIDE> {
@@ -111,7 +115,24 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
             std::array::from_fn(|k| values.get(from + k).copied().unwrap_or(f64::INFINITY))
         };
         let (columns, rows) = (some(&projector.columns, corner[0]), some(&projector.rows, corner[1]));
-        Self { scene, truth, projector, corner, columns, rows }
+        Self { scene, truth, projector, corner, columns, rows, cancel: None }
+    }
+
+    /// Sphere `index` of the scene.
+    pub fn ball(&self, index: u32) -> Ball {
+        Ball::from(self.scene.known(index as usize))
+    }
+
+    /// Decisions end when this is cancelled, and leave the tile as it is then.
+    #[inline(always)]
+    pub fn until(self, cancel: &'a Cancel) -> Self {
+        Self { cancel: Some(cancel), ..self }
+    }
+
+    /// Whether what is under way is to end.
+    #[inline(always)]
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_some_and(Cancel::is_cancelled)
     }
 }
 
@@ -131,12 +152,14 @@ pub struct Tile<const SIDE: usize> {
     open: u64,
     /// What was decided.
     tally: Tally,
+    /// Spheres were met that all but coincide with others.
+    crowded: bool,
 }
 
 impl<const SIDE: usize> Default for Tile<SIDE> {
     fn default() -> Self {
         let (high, id) = ([[f64::NEG_INFINITY; SIDE]; SIDE], [[CLOSED; SIDE]; SIDE]);
-        Self { high, id, slack: 0.0, stale: 0, open: 0, tally: Tally::default() }
+        Self { high, id, slack: 0.0, stale: 0, open: 0, tally: Tally::default(), crowded: false }
     }
 }
 
@@ -219,6 +242,7 @@ impl<const SIDE: usize> Tile<SIDE> {
     #[inline(always)]
     pub fn clear(&mut self, columns: usize, rows: usize) {
         (self.slack, self.stale) = (0.0, u64::MAX >> (64 - Self::BLOCKS * Self::BLOCKS));
+        self.crowded = false;
         for (row, (high, id)) in self.high.iter_mut().zip(&mut self.id).enumerate() {
             let inside = if row < rows { columns } else { 0 };
             high[..inside].fill(f64::INFINITY);
@@ -236,6 +260,12 @@ impl<const SIDE: usize> Tile<SIDE> {
     /// The holders of a row's pixels: [`NONE`] where there is none, and less where it is open which, or there is no pixel.
     pub fn ids(&self, row: usize) -> &[i32; SIDE] {
         &self.id[row]
+    }
+
+    /// Whether spheres were met here that all but coincide with others: then it pays to know what was drawn before.
+    #[inline(always)]
+    pub fn is_crowded(&self) -> bool {
+        self.crowded
     }
 
     /// What was decided since this was asked last.
@@ -466,25 +496,77 @@ impl<const SIDE: usize> Tile<SIDE> {
         place: &Place<'_, SIDE>,
         index: i32,
         sphere: &Projected,
-        [left, right]: [usize; 2],
+        across: [usize; 2],
         down: impl Iterator<Item = usize>,
     ) {
-        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, place.projector.screen) } else { PLAIN };
-        let planes = [place.projector.near, place.projector.far];
-        for row in down {
-            let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
-            for column in left..=right {
-                let (at, high) = ([column, row], self.high[row][column]);
-                match line.look::<PERSPECTIVE>(&margins, planes, high, place.columns[column]) {
-                    Look::Gone => {}
-                    Look::Seen(depth) if depth[1] < high - self.slack => self.hold(index, at, depth),
-                    _ if !M::BOUNDS => {}
-                    _ if !M::DECIDES => self.leave_open(index, at, f64::NEG_INFINITY, f64::INFINITY),
-                    _ => {
-                        self.settle(place, index, at, None);
-                    }
-                }
+        simd::dispatch(Clipped::<SIDE, PERSPECTIVE, M, _> {
+            tile: self,
+            place,
+            index,
+            sphere,
+            across,
+            down,
+            mode: PhantomData,
+        });
+    }
+
+    /// What a sphere is to a holder.
+    fn meet<const PERSPECTIVE: bool>(&mut self, place: &Place<'_, SIDE>, index: i32, holder: i32) -> Rival {
+        if holder < 0 {
+            return Rival::Other(holder);
+        }
+        let [ball, held] = [index, holder].map(|index| place.ball(index as u32));
+        if ball == held {
+            self.crowded = true;
+            return Rival::Twin(holder);
+        }
+        match Pair::new::<PERSPECTIVE>(ball, held, place.projector) {
+            Some(pair) => {
+                self.crowded = true;
+                Rival::Near(holder, pair)
             }
+            None => Rival::Other(holder),
+        }
+    }
+
+    /// Decides between a sphere and the holder of some open pixels, as far as what is known of both tells. Returns where it did.
+    #[inline(always)]
+    fn against<L: Lanes, const PERSPECTIVE: bool>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        index: i32,
+        rival: &Rival,
+        [first, row]: [usize; 2],
+        open: u8,
+    ) -> u8 {
+        let open = open & L::same(rival.index(), &self.id[row][first..]);
+        match rival {
+            Rival::Twin(holder) => {
+                L::mark(open, index.min(*holder), &mut self.id[row][first..]);
+                open
+            }
+            Rival::Near(_, pair) => {
+                let (sx, sy) = (L::load(&place.columns[first..]), place.rows[row]);
+                let mut told = 0;
+                let [near, far] = pair.walls::<L, PERSPECTIVE>(place.projector, sx, sy);
+                for (wall, seen) in [(Root::Near, near & open), (Root::Far, far & open)] {
+                    if seen == 0 {
+                        continue;
+                    }
+                    let order = pair.order::<L, PERSPECTIVE>(wall, sx, sy);
+                    let nearer = order.nearer & seen;
+                    if nearer != 0 {
+                        let (high, width) = pair.depth::<L, PERSPECTIVE>(wall, sx, sy);
+                        self.widen(2.0 * width);
+                        L::select(nearer, high, L::load(&self.high[row][first..])).store(&mut self.high[row][first..]);
+                        L::mark(nearer, index, &mut self.id[row][first..]);
+                        self.stale |= Self::block(first, row);
+                    }
+                    told |= (order.nearer | order.farther) & seen;
+                }
+                told
+            }
+            Rival::None | Rival::Other(_) => 0,
         }
     }
 
@@ -499,7 +581,7 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// Decides exactly between a sphere and the holder of a pixel. Answers with the holder if it is the same sphere.
+    /// Decides exactly between a sphere and the holder of a pixel.
     ///
     /// `depth` bounds the depth of a sphere that no plane cuts and that is hit for certain.
     #[cold]
@@ -510,21 +592,24 @@ impl<const SIDE: usize> Tile<SIDE> {
         index: i32,
         [column, row]: [usize; 2],
         depth: Option<[f64; 2]>,
-    ) -> Option<i32> {
+    ) {
         let holder = self.id[row][column];
         if holder == CLOSED {
-            return None;
+            return;
         }
         let ball = Ball::from(scene.known(index as usize));
         let held = (holder != NONE).then(|| Ball::from(scene.known(holder as usize)));
         if held == Some(ball) {
             self.id[row][column] = holder.min(index);
-            return Some(holder);
+            return;
         }
         let pixel = truth.pixel(projector.region.x + (x + column) as u32, projector.region.y + (y + row) as u32);
         let hit = match depth {
             Some(_) => Hit::known(ball, Root::Near),
-            None => pixel.hit(ball, &mut self.tally)?,
+            None => match pixel.hit(ball, &mut self.tally) {
+                Some(hit) => hit,
+                None => return,
+            },
         };
         if let Some(held) = held {
             // The holder was seen when it became the holder; which wall is plain where no plane cuts it.
@@ -535,11 +620,10 @@ impl<const SIDE: usize> Tile<SIDE> {
             };
             let order = pixel.order(&hit, &held, &mut self.tally);
             if order.then(index.cmp(&holder)).is_gt() {
-                return None;
+                return;
             }
         }
         self.hold(index, [column, row], depth.unwrap_or_else(|| pixel.interval(&hit)));
-        None
     }
 }
 
@@ -567,6 +651,72 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
     }
 }
 
+/// A sphere that a plane may cut, and where it is drawn.
+struct Clipped<'a, const SIDE: usize, const PERSPECTIVE: bool, M, D> {
+    tile: &'a mut Tile<SIDE>,
+    place: &'a Place<'a, SIDE>,
+    index: i32,
+    sphere: &'a Projected,
+    across: [usize; 2],
+    down: D,
+    mode: PhantomData<M>,
+}
+
+impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usize>> simd::Work
+    for Clipped<'_, SIDE, PERSPECTIVE, M, D>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { tile, place, index, sphere, across: [left, right], down, .. } = self;
+        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, place.projector.screen) } else { PLAIN };
+        let planes = [place.projector.near, place.projector.far];
+        let mut rival = Rival::None;
+        for row in down {
+            if place.is_cancelled() {
+                return;
+            }
+            let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
+            for first in (left / LANES * LANES..=right).step_by(LANES) {
+                let mut open = 0u8;
+                // What all but coincides with the last holder is told apart at once, where it is still the holder.
+                let mut done = 0;
+                if M::DECIDES && matches!(rival, Rival::Near(..)) {
+                    let across = left.saturating_sub(first).min(LANES)..(right + 1 - first).min(LANES);
+                    let window = across.fold(0, |window, k| window | 1 << k);
+                    done = tile.against::<L, PERSPECTIVE>(place, index, &rival, [first, row], window);
+                }
+                for column in left.max(first)..=right.min(first + LANES - 1) {
+                    if done >> (column - first) & 1 == 1 {
+                        continue;
+                    }
+                    let (at, high) = ([column, row], tile.high[row][column]);
+                    match line.look::<PERSPECTIVE>(&margins, planes, high, place.columns[column]) {
+                        Look::Gone => {}
+                        Look::Seen(depth) if depth[1] < high - tile.slack => tile.hold(index, at, depth),
+                        _ if !M::BOUNDS => {}
+                        _ if !M::DECIDES => tile.leave_open(index, at, f64::NEG_INFINITY, f64::INFINITY),
+                        _ => open |= 1 << (column - first),
+                    }
+                }
+                while open != 0 {
+                    let k = open.trailing_zeros() as usize;
+                    let holder = tile.id[row][first + k];
+                    if holder != rival.index() {
+                        rival = tile.meet::<PERSPECTIVE>(place, index, holder);
+                    }
+                    open &= !tile.against::<L, PERSPECTIVE>(place, index, &rival, [first, row], open);
+                    if open >> k & 1 == 1 {
+                        open &= !(1 << k);
+                        tile.settle(place, index, [first + k, row], None);
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// A sphere, and vectors of some rows of a tile, in each of which something is to be decided about it.
 struct Decide<'a, const SIDE: usize, const PERSPECTIVE: bool, M> {
     tile: &'a mut Tile<SIDE>,
@@ -587,13 +737,36 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work for Decide<
         let margins =
             [Margins::new::<PERSPECTIVE>(self.sphere, screen), Margins::sharp::<PERSPECTIVE>(self.sphere, &screen)];
         // A holder that turned out to be the same sphere.
-        let mut twin = None;
-        while self.rows != 0 {
+        let mut rival = Rival::None;
+        while self.rows != 0 && !self.place.is_cancelled() {
             let row = self.rows.trailing_zeros() as usize;
             self.rows &= self.rows - 1;
             for vector in self.vectors.clone() {
-                twin = self.eight::<L>(&margins, [vector * LANES, row], twin);
+                rival = self.eight::<L>(&margins, [vector * LANES, row], rival);
             }
+        }
+    }
+}
+
+/// What is known of the holder that a sphere was held against last.
+#[derive(Clone, Copy)]
+enum Rival {
+    /// Nothing was held against it yet.
+    None,
+    /// It is the same sphere.
+    Twin(i32),
+    /// It all but coincides.
+    Near(i32, Pair),
+    /// It is told apart by its place, or not at all but exactly.
+    Other(i32),
+}
+
+impl Rival {
+    /// The holder's index.
+    fn index(&self) -> i32 {
+        match *self {
+            Self::None => NONE,
+            Self::Twin(index) | Self::Near(index, _) | Self::Other(index) => index,
         }
     }
 }
@@ -631,15 +804,15 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
         }
     }
 
-    /// Eight pixels from some column and row on, by the bounds that serve depths best, by those that serve silhouettes best, and then exactly.
-    /// Takes and answers with a holder that turned out to be the same sphere.
+    /// Eight pixels from some column and row on, by the bounds that serve depths best, by those that serve silhouettes best, by what
+    /// tells spheres apart that all but coincide, and then exactly. Takes and answers with the last holder that was looked at.
     #[inline(always)]
     fn eight<L: Lanes>(
         &mut self,
         [depths, silhouettes]: &[Margins; 2],
         [first, row]: [usize; 2],
-        mut twin: Option<i32>,
-    ) -> Option<i32> {
+        mut rival: Rival,
+    ) -> Rival {
         let index = self.index;
         let mut told = self.tell::<L>(depths, [first, row]);
         // Where the sphere has won before, nothing is to be decided.
@@ -665,30 +838,33 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
             open &= !win;
         }
         if open == 0 {
-            return twin;
+            return rival;
         }
         let (mut leasts, mut mosts) = ([0.0; LANES], [0.0; LANES]);
         told.least.store(&mut leasts);
         told.most.store(&mut mosts);
         while open != 0 {
-            if let Some(twin) = twin {
-                // Known to be the same sphere, under another index.
-                let same = open & L::same(twin, &tile.id[row][first..]);
-                L::mark(same, twin.min(index), &mut tile.id[row][first..]);
-                open &= !same;
-                if open == 0 {
-                    break;
+            let k = open.trailing_zeros() as usize;
+            let at = [first + k, row];
+            if M::DECIDES {
+                let holder = self.tile.id[row][first + k];
+                if holder != rival.index() {
+                    rival = self.tile.meet::<PERSPECTIVE>(self.place, index, holder);
+                }
+                // All pixels of this holder at once.
+                open &= !self.tile.against::<L, PERSPECTIVE>(self.place, index, &rival, [first, row], open);
+                if open >> k & 1 == 0 {
+                    continue;
                 }
             }
-            let k = open.trailing_zeros() as usize;
-            open &= open - 1;
-            let (at, sure) = ([first + k, row], told.sure >> k & 1 == 1);
+            open &= !(1 << k);
+            let sure = told.sure >> k & 1 == 1;
             if M::DECIDES {
-                twin = tile.settle(self.place, index, at, sure.then_some([leasts[k], mosts[k]])).or(twin);
+                self.tile.settle(self.place, index, at, sure.then_some([leasts[k], mosts[k]]));
             } else {
-                tile.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
+                self.tile.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
             }
         }
-        twin
+        rival
     }
 }

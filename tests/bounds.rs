@@ -18,8 +18,12 @@ use measure::{Exact, Input, LEAST, Stage, error, exact, neighbour, stages};
 use planisphere::{
     bins::{APART, Binner, EDGE},
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
-    exact::{dd::Bounded, decide::Truth},
+    exact::{
+        dd::Bounded,
+        decide::{Ball, Root, Truth},
+    },
     filter::{BACK, Margins, PLANE, Row, length},
+    pair::Pair,
     project::{MARGIN, Projected, Projector, REACH, SLOPE, slopes},
     scene::{Scene, Sphere},
     simd::{LANES, Lanes},
@@ -223,6 +227,65 @@ fn width() {
             };
             margins.into_iter().filter(|m| q > m.solid).map(ratio).reduce(f64::max)
         });
+    }
+}
+
+/// How far the difference of two spheres that all but coincide is off, over its bound.
+struct Apart<'a> {
+    pair: &'a Pair,
+    wall: Root,
+    at: [f64; 2],
+}
+
+impl tile::Work for Apart<'_> {
+    type Output = Option<[f64; 2]>;
+
+    fn run<L: Lanes, const PERSPECTIVE: bool>(self) -> Option<[f64; 2]> {
+        let [sx, sy] = self.at;
+        let apart = self.pair.apart::<L, PERSPECTIVE>(self.wall, L::splat(sx), sy);
+        let mut all = [0.0; LANES];
+        apart.difference.store(&mut all);
+        assert!(all.iter().all(|one| one.to_bits() == all[0].to_bits()), "{all:?}");
+        (apart.solid == u8::MAX).then_some([all[0], apart.bound])
+    }
+}
+
+/// `E` of two spheres that all but coincide: their order is told from `F = (y_1 - y_2) S`.
+#[test]
+fn pairs() {
+    for projection in BOTH {
+        for (k, wall) in [Root::Near, Root::Far].into_iter().enumerate() {
+            // As for `W`: where hits begin to be solid, roots are least certain.
+            let rays = |random: &mut Random| if random.unit() < 0.5 { silhouette(random) } else { outermost(random) };
+            climb("pairs", projection, 18 + k as u64, rays, |stage, input, e| {
+                // The other differs in a way that depends on the input alone.
+                let Input { center, radius, column, row } = input;
+                let mut random = Random::new(center.x.to_bits() ^ radius.to_bits());
+                let by = radius * random.power(-10.0, -1.2);
+                let along =
+                    if random.unit() < 0.9 { stage.view.ray(column, row).direction.normalize() } else { random.ball() };
+                let rho = if random.unit() < 0.5 { 0.0 } else { by * random.between(-1.0, 1.0) };
+                let other = Input { center: center + by * along, radius: radius + rho, ..input };
+                let balls = [input, other].map(|input| Ball { center: input.center, radius: input.radius });
+                let pair = match projection {
+                    Projection::Orthographic => Pair::new::<false>(balls[0], balls[1], &stage.projector),
+                    Projection::Perspective => Pair::new::<true>(balls[0], balls[1], &stage.projector),
+                }?;
+                let at = [stage.projector.columns[column as usize], stage.projector.rows[row as usize]];
+                let [difference, bound] = tile::dispatch(projection, Apart { pair: &pair, wall, at })?;
+                let o = stage.exact(other);
+                let (root, other_root) = (e.q.sqrt(), o.q.sqrt());
+                // The difference of the middles by that of the centres: of the middles themselves 100 bits tell less.
+                let delta = [0, 1, 2].map(|k| Bounded::difference(center[k], other.center[k]));
+                let [x, y, z] = stage.axes.map(|axis| delta[0] * axis[0] + delta[1] * axis[1] + delta[2] * axis[2]);
+                let along = if stage.perspective { x * e.sx + y * e.sy + z } else { z };
+                let apart = match wall {
+                    Root::Near => along - (root - other_root),
+                    Root::Far => along + (root - other_root),
+                };
+                Some(error(difference, apart * (root + other_root)).abs() / bound)
+            });
+        }
     }
 }
 

@@ -3,14 +3,14 @@
 use std::{
     sync::{Barrier, mpsc},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use glam::DVec3;
 use planisphere::{
     camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View, ViewError},
     frame::{Paint, PlaneError, depth_plane, write_f32, write_i32, write_png},
-    render::{Device, DeviceChoice, DrawError},
+    render::{Cancel, Device, DeviceChoice, DrawError},
     scene::{Scene, Sphere},
 };
 
@@ -223,4 +223,64 @@ fn planes_refuse_what_is_not_of_the_picture() {
     assert_eq!(write_png(out, whole, &foreign, &paint).unwrap_err().kind(), invalid);
     assert_eq!(write_i32(out, &[6, 8], &ids[1..]).unwrap_err().kind(), invalid);
     assert_eq!(write_f32(out, &[6, 8], &[0.0; 49]).unwrap_err().kind(), invalid);
+}
+
+/// Spheres that all but coincide in no order: many decisions at every pixel.
+fn heap(count: u32) -> Scene {
+    let sphere = |k: u32| {
+        let at = |m: u32| 1.0 + f64::from(k.wrapping_mul(m) >> 27) * f64::EPSILON;
+        let center = DVec3::new(at(2654435761), at(2246822519), at(3266489917));
+        Sphere { center, radius: 1.0 + f64::from(k % 7) * f64::EPSILON, color: [200; 3] }
+    };
+    Scene::from_spheres(&(0..count).map(sphere).collect::<Vec<_>>()).unwrap()
+}
+
+/// A long drawing ends soon after it was cancelled, as an error; and the device draws again, right, when it is given another token.
+fn cancels(choice: DeviceChoice) {
+    let image = ImageSize { width: 1500, height: 1500 };
+    let scene = heap(16_000);
+    let view = View::new(Camera::framing(scene.bounds(), image), image);
+    let mut device = Device::open(&choice).unwrap();
+    for wait in [0, 30, 300, 1000] {
+        let cancel = Cancel::new();
+        device.cancel_on(&cancel);
+        let (sender, begun) = mpsc::channel();
+        let spent = thread::scope(|scope| {
+            let (device, scene, view) = (&mut device, &scene, &view);
+            let drawing = scope.spawn(move || {
+                sender.send(()).unwrap();
+                let result = device.draw(scene, view, Region::whole(image));
+                (result.map(|_| ()), Instant::now())
+            });
+            begun.recv().unwrap();
+            thread::sleep(Duration::from_millis(wait));
+            let asked = Instant::now();
+            cancel.cancel();
+            let (result, ended) = drawing.join().unwrap();
+            assert!(matches!(result, Err(DrawError::Cancelled)), "{result:?} after {wait} ms");
+            ended.duration_since(asked)
+        });
+        // A quarter of a second on a machine that has nothing else to do.
+        assert!(spent < Duration::from_secs(3), "ended {spent:?} after it was cancelled");
+    }
+    let cancelled = Cancel::new();
+    cancelled.cancel();
+    device.cancel_on(&cancelled);
+    let small = ImageSize { width: 40, height: 30 };
+    let view = View::new(Camera::framing(scene.bounds(), small), small);
+    let again = |device: &mut Device| device.draw(&scene, &view, Region::whole(small)).map(|drawing| drawing.ids);
+    assert!(matches!(again(&mut device), Err(DrawError::Cancelled)));
+    device.cancel_on(&Cancel::new());
+    let fresh = again(&mut Device::open(&DeviceChoice::Cpu).unwrap()).unwrap();
+    assert_eq!(again(&mut device).unwrap(), fresh);
+}
+
+#[test]
+fn drawing_on_the_cpu_ends_when_it_is_cancelled() {
+    cancels(DeviceChoice::Cpu);
+}
+
+#[test]
+fn drawing_on_the_gpu_ends_when_it_is_cancelled() {
+    cancels(DeviceChoice::Gpu);
 }

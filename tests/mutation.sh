@@ -114,6 +114,12 @@ more 'footprint, margin / 8' $f 'pub const MARGIN: f64 = f64::from_bits((1023 - 
 fault 'slopes of tangents, bound / 8' $f 'pub const SLOPE: f64 = 12.0 * U;' 'pub const SLOPE: f64 = 1.5 * U;' '' --test bounds tangents
 more 'planes cut nothing' $f '!((s.z - s.r - bound > self.near) & (s.z + s.r + bound < self.far))' '(s.z - s.r - bound > self.far)' 'near ' --test exactness cpu::every_pixel
 
+f=src/pair.rs
+fault 'order of a pair, bound / 8' $f 'Apart { difference, bound: self.bound, solid }' 'Apart { difference, bound: self.bound / 8.0, solid }' '' --test bounds pairs
+more 'far walls ordered as near ones' $f 'Root::Far => along.add(squares),' 'Root::Far => along.sub(squares),' 'heap of 120' --test exactness cpu::every_pixel
+more 'pairs are cut by no plane' $f 'if !self.cut {' 'if self.cut || !self.cut {' 'heap of 120' --test exactness cpu::every_pixel
+more 'all lie in one another' $f 'rho > 0.0 && (delta' 'rho > 0.0 || (delta' 'in one another' --test exactness skipping::every_pixel
+
 f=src/bins.rs
 more 'edge of a slab, bound / 8' $f 'pub const EDGE: f64 = 4.0 * U;' 'pub const EDGE: f64 = 0.5 * U;' '' --test bounds slabs
 more 'tiles that miss a disc, bound / 8' $f 'pub const APART: f64 = 1.5;' 'pub const APART: f64 = 1.5 / 8.0;' '' --test bounds misses

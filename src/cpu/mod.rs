@@ -21,10 +21,10 @@ use crate::{
     camera::{Region, View},
     cover::{BLOCK, Cover},
     exact::decide::Truth,
-    order::{GROUP, Ordered},
+    order::{GROUP, Ordered, is_crowded},
     plan::UNDECIDED,
     pool,
-    render::{DrawError, Drawing},
+    render::{Cancel, DrawError, Drawing},
     scene::Scene,
     tile::{Exact, FilterOnly, Mode, Uncertified},
 };
@@ -79,6 +79,9 @@ pub struct Cpu {
     drawn: Option<(u64, u32)>,
     /// The same scene in order, once it is drawn again; none inside if it cannot be.
     ordered: Option<Option<Arc<Ordered>>>,
+    /// A good part of that scene's spheres all but coincide.
+    crowded: bool,
+    cancel: Cancel,
 }
 
 impl Cpu {
@@ -87,24 +90,33 @@ impl Cpu {
         Self { effort, ..Self::default() }
     }
 
+    /// Drawings end when this is cancelled.
+    pub fn cancel_on(&mut self, cancel: &Cancel) {
+        self.cancel = cancel.clone();
+    }
+
     /// Takes over the order of a scene that will be drawn.
     pub fn adopt(&mut self, scene: &Scene, ordered: &Arc<Ordered>) {
         if self.drawn.is_none_or(|drawn| drawn.0 != scene.identity()) || self.ordered.is_none() {
             (self.drawn, self.ordered) = (Some((scene.identity(), 1)), Some(Some(Arc::clone(ordered))));
+            self.crowded = is_crowded(scene);
         }
     }
 
     /// Finds out whether the scene is worth ordering, and orders it.
     ///
-    /// To order costs about as much as to draw a few times, and of very many spheres a dozen times.
+    /// To order costs about as much as to draw a few times, and of very many spheres a dozen times. It is worth that at once where a good
+    /// part of the spheres all but coincide: then groups lie as a whole inside of other spheres, and equal ones are left out.
     fn order(&mut self, scene: &Scene, bands: usize) {
         let before = self.drawn.filter(|drawn| drawn.0 == scene.identity()).map_or(0, |drawn| drawn.1);
         self.drawn = Some((scene.identity(), before.saturating_add(1)));
         if before == 0 {
             self.ordered = None;
+            self.crowded = scene.len() >= self.effort.order && is_crowded(scene);
         }
         let again = before >= if scene.len() < LONG { 1 } else { PATIENCE };
-        if self.ordered.is_none() && scene.len() >= self.effort.order && (again || bands > BANDS) {
+        let worth = again || bands > BANDS || self.crowded;
+        if self.ordered.is_none() && scene.len() >= self.effort.order && worth {
             self.ordered = Some(Ordered::new(scene).map(Arc::new));
         }
     }
@@ -112,7 +124,7 @@ impl Cpu {
     /// Draws a region of a view of a scene on all cores.
     ///
     /// # Errors
-    /// When there is no such picture, or memory does not suffice.
+    /// When there is no such picture, it was cancelled, or memory does not suffice.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         self.draw_as::<Exact>(scene, view, region)
     }
@@ -120,7 +132,7 @@ impl Cpu {
     /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`], and counted.
     ///
     /// # Errors
-    /// When there is no such picture, or memory does not suffice.
+    /// When there is no such picture, it was cancelled, or memory does not suffice.
     pub fn draw_filter_only(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
         drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
@@ -130,19 +142,24 @@ impl Cpu {
     /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where rounding matters.
     ///
     /// # Errors
-    /// When there is no such picture, or memory does not suffice.
+    /// When there is no such picture, it was cancelled, or memory does not suffice.
     pub fn draw_uncertified(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         self.draw_as::<Uncertified>(scene, view, region)
     }
 
     fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let mut drawing = Drawing::new(scene, view, region)?;
-        pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing));
+        pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing))?;
         Ok(drawing)
     }
 
     /// The same into a drawing that has no ids yet.
-    pub(crate) fn draw_into<M: Mode>(&mut self, scene: &Scene, view: &View, drawing: &mut Drawing) {
+    pub(crate) fn draw_into<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        drawing: &mut Drawing,
+    ) -> Result<(), DrawError> {
         let truth = Truth::new(view, scene.bounds());
         let region = drawing.region;
         let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
@@ -156,8 +173,10 @@ impl Cpu {
             if !self.draw_groups::<M>(scene, &truth, band, drawing) {
                 self.draw_band::<M>(scene, &truth, band, drawing);
             }
+            self.cancel.check()?;
             top += height;
         }
+        Ok(())
     }
 
     /// One band of an ordered scene, or nothing if the scene is not in order or its groups lie in too many tiles.
@@ -166,7 +185,9 @@ impl Cpu {
         let begun = Instant::now();
         let binner = Binner::new(&ordered.groups, truth, band, shift(band));
         let mut left = split(0..ordered.groups.len());
-        let limit = scene.len() * SPREAD / GROUP + binner.grid.tiles();
+        // Where spheres all but coincide, a group costs little in many tiles.
+        let spread = if self.crowded { SPREAD * GROUP } else { SPREAD };
+        let limit = scene.len() / GROUP * spread + binner.grid.tiles();
         let cover = self.cover(scene, &binner);
         let depths = Depths::of_tiles(cover.as_ref(), &binner.grid);
         let visible = Visible::in_front(&vec![f64::INFINITY; depths.len()], &depths, cover.is_some());
@@ -177,7 +198,7 @@ impl Cpu {
         }
         let drawn = Instant::now();
         let sums = Mutex::new(Sums::default());
-        let painter = Painter { scene, truth, binner: &binner, sums: &sums };
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, cancel: &self.cancel };
         painter.paint_once::<M>(Source::Groups(lists, ordered), &depths, &mut drawing.ids);
         drawing.times.render += milliseconds(drawn);
         drawing.counts.tiles += binner.grid.tiles();
@@ -199,7 +220,7 @@ impl Cpu {
         let binner = Binner::new(scene, truth, band, shift(band));
         let grid = binner.grid;
         let sums = Mutex::new(Sums::default());
-        let painter = Painter { scene, truth, binner: &binner, sums: &sums };
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, cancel: &self.cancel };
         let cover = self.cover(scene, &binner);
         let mut depths = Depths::of_tiles(cover.as_ref(), &grid);
         let mut front = vec![f64::INFINITY; grid.tiles()];
@@ -232,6 +253,9 @@ impl Cpu {
                 empty.iter_mut().enumerate().for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
                 painter.paint::<M>(Source::Spheres(lists), &mut self.tiles, &mut depths);
                 drawing.times.render += milliseconds(drawn);
+                if self.cancel.is_cancelled() {
+                    break;
+                }
                 if left.iter().all(Range::is_empty) {
                     if !std::mem::take(&mut behind) {
                         break;

@@ -9,12 +9,13 @@ use crate::{
     bins::{Binner, Entry, Grid, Item, Lists, Window, towards_eye},
     camera::Region,
     cover::{BLOCK, Cover, covers},
-    exact::decide::{Tally, Truth},
+    exact::decide::{Ball, Tally, Truth},
     order::Ordered,
+    pair,
     plan::{NONE, UNDECIDED},
     pool,
     project::{BATCH, Batch, Projected},
-    render::Counts,
+    render::{Cancel, Counts},
     scene::Scene,
     simd::{LANES, Lanes},
     tile::{self, Mode},
@@ -73,6 +74,8 @@ pub(super) struct Painter<'a> {
     /// Of what is listed.
     pub(super) binner: &'a Binner<'a>,
     pub(super) sums: &'a Mutex<Sums>,
+    /// Tiles that are begun after this is cancelled hold anything.
+    pub(super) cancel: &'a Cancel,
 }
 
 /// What a tile is drawn from.
@@ -159,7 +162,7 @@ impl Painter<'_> {
     pub(super) fn paint_once<M: Mode>(&self, source: Source<'_>, depths: &[Depths], ids: &mut Vec<i32>) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
             pool::each(self.binner.grid.tiles(), |tile| {
-                if source.is_empty(self.binner, tile) {
+                if self.cancel.is_cancelled() || source.is_empty(self.binner, tile) {
                     return self.fill(tile, NONE, canvas);
                 }
                 let background = self.background(source, tile);
@@ -187,7 +190,7 @@ impl Painter<'_> {
     /// Draws on top of what there is.
     pub(super) fn paint<M: Mode>(&self, source: Source<'_>, tiles: &mut [Tile], depths: &mut [Depths]) {
         tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(|(tile, (state, depths))| {
-            if !source.is_empty(self.binner, tile) {
+            if !self.cancel.is_cancelled() && !source.is_empty(self.binner, tile) {
                 self.paint_tile::<M>(source, tile, None, state, depths, None);
             }
         });
@@ -269,7 +272,8 @@ impl Painter<'_> {
         whole: Option<(&Canvas, i32)>,
     ) {
         let (sums, mode) = (Sums::default(), PhantomData::<M>);
-        let work = PaintTile { painter: self, source, without, tile, state, depths, whole, sums, mode };
+        let drawn = Drawn::default();
+        let work = PaintTile { painter: self, source, without, tile, state, depths, whole, drawn, sums, mode };
         let sums = tile::dispatch(self.binner.projector.projection, work);
         let mut all = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         all.tally += sums.tally;
@@ -297,6 +301,50 @@ impl Sums {
     }
 }
 
+/// The last spheres that were drawn into a tile.
+#[derive(Default)]
+struct Drawn {
+    spheres: Vec<Known>,
+    next: usize,
+}
+
+/// A sphere that was drawn.
+#[derive(Clone, Copy)]
+struct Known {
+    ball: Ball,
+    index: u32,
+    /// A clip plane may cut it: then it does not hide all that lies inside of it.
+    cut: bool,
+}
+
+impl Drawn {
+    /// How many are remembered.
+    const MOST: usize = 16;
+
+    /// Whether a sphere is nowhere seen in the tile: it is the same as one of these that comes before it, or lies inside of one.
+    fn hide(&self, ball: Ball, index: u32) -> bool {
+        let hides = |known: &Known| {
+            if ball == known.ball { known.index < index } else { !known.cut && pair::inside(&ball, &known.ball) }
+        };
+        self.spheres.iter().any(hides)
+    }
+
+    /// Whether a ball lies inside of one of these.
+    fn hold(&self, ball: Ball) -> bool {
+        self.spheres.iter().any(|known| !known.cut && pair::inside(&ball, &known.ball))
+    }
+
+    /// Remembers a sphere, in place of the one that was remembered longest.
+    fn add(&mut self, sphere: Known) {
+        if self.spheres.len() < Self::MOST {
+            self.spheres.push(sphere);
+        } else {
+            self.spheres[self.next] = sphere;
+            self.next = (self.next + 1) % Self::MOST;
+        }
+    }
+}
+
 /// After so many spheres the depths of blocks are brought up to date.
 const FRESH: usize = 64;
 
@@ -310,6 +358,8 @@ struct PaintTile<'a, M> {
     depths: &'a mut Depths,
     /// See [`Painter::paint_tile`].
     whole: Option<(&'a Canvas, i32)>,
+    /// What was drawn since the tile is known to be crowded.
+    drawn: Drawn,
     sums: Sums,
     mode: PhantomData<M>,
 }
@@ -321,6 +371,7 @@ impl<M: Mode> tile::Work for PaintTile<'_, M> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(mut self) -> Sums {
         let Painter { scene, truth, binner, .. } = *self.painter;
         let place = Place::new(scene, truth, &binner.projector, binner.grid.corner(self.tile).0);
+        let place = place.until(self.painter.cancel);
         if self.whole.is_some() {
             self.painter.clear(self.tile, self.state);
         }
@@ -349,7 +400,11 @@ impl<M: Mode> PaintTile<'_, M> {
             if self.depths.farthest < grid.slab_start(slab) {
                 break;
             }
+            self.densest::<L, PERSPECTIVE>(entries, place);
             for some in entries.chunks(FRESH) {
+                if self.painter.cancel.is_cancelled() {
+                    return;
+                }
                 for entry in some {
                     let out = self.without == Some(entry.index);
                     if !out && !hidden(self.depths, entry.sphere.nearest(), entry.window) {
@@ -385,14 +440,20 @@ impl<M: Mode> PaintTile<'_, M> {
             groups.extend_from_slice(lists.slab(grid, self.tile, slab));
             groups.sort_unstable_by(|a, b| a.nearest.total_cmp(&b.nearest));
             for group in &groups {
+                if self.painter.cancel.is_cancelled() {
+                    return;
+                }
                 let out = self.without == Some(group.index);
                 if out || hidden(self.depths, group.nearest.into(), group.window) {
                     continue;
                 }
                 let first = ordered.starts[group.index as usize] as usize;
                 let count = ordered.starts[group.index as usize + 1] as usize - first;
-                // What no plane cuts of the group is not cut of its spheres.
+                // What no plane cuts of the group is not cut of its spheres; what hides its sphere hides them all.
                 let around = ordered.groups.known(group.index as usize);
+                if self.state.is_crowded() && self.drawn.hold(around.into()) {
+                    continue;
+                }
                 let cut = projector.cuts(&projector.project(around.center, around.radius));
                 projector.project_batch(&ordered.block, first, &mut batch);
                 projector.footprints(&mut batch);
@@ -435,11 +496,33 @@ impl<M: Mode> PaintTile<'_, M> {
 
     #[inline(always)]
     fn entry<L: Lanes, const PERSPECTIVE: bool>(&mut self, entry: &Entry, cut: bool, place: &Place<'_>) {
+        let crowded = self.state.is_crowded();
+        if crowded && self.drawn.hide(place.ball(entry.index), entry.index) {
+            return;
+        }
         let [left, right, top, bottom] = entry.window.map(usize::from);
         self.sums.entries += 1;
         self.sums.tests += ((right / LANES - left / LANES + 1) * LANES * (bottom - top + 1)) as u64;
         let Entry { sphere, index, .. } = entry;
         self.state.draw::<L, PERSPECTIVE, M>(place, *index, sphere, cut, [left, right], top..bottom + 1);
+        if crowded {
+            self.drawn.add(Known { ball: place.ball(*index), index: *index, cut });
+        }
+    }
+
+    /// Where very many spheres are listed, the one that begins nearest comes first: where they all but coincide, it may hold all others.
+    #[inline(always)]
+    fn densest<L: Lanes, const PERSPECTIVE: bool>(&mut self, entries: &[Entry], place: &Place<'_>) {
+        /// Shorter lists are as soon drawn in any order.
+        const MANY: usize = 1 << 12;
+        if entries.len() < MANY {
+            return;
+        }
+        let nearest = |entry: &&Entry| entry.sphere.nearest();
+        let first = entries.iter().min_by(|a, b| nearest(a).total_cmp(&nearest(b)));
+        if let Some(first) = first.filter(|first| self.without != Some(first.index)) {
+            self.entry::<L, PERSPECTIVE>(first, self.painter.binner.projector.cuts(&first.sphere), place);
+        }
     }
 
     /// Brings the farthest depth of the blocks up to date.

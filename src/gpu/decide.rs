@@ -22,6 +22,7 @@ use crate::{
     exact::decide::{Ball, Tally},
     plan::{NONE, TILE},
     project::{Projected, Projector},
+    render::Cancel,
     simd::{LANES, Lanes},
     tile::{self, Exact, Place, Tile},
 };
@@ -47,6 +48,8 @@ pub struct Among<'a> {
     pub projector: &'a Projector,
     /// The lists.
     pub wave: &'a Wave,
+    /// What is decided after this is cancelled may be anything.
+    pub cancel: &'a Cancel,
 }
 
 /// Tiles of a row of tiles, and the ids of all its pixels.
@@ -365,12 +368,12 @@ impl tile::Work for Paint<'_> {
 
     #[inline(always)]
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) {
-        let Among { spheres, projector, wave } = self.among;
+        let Among { spheres, projector, wave, cancel } = self.among;
         let Spheres { scene, truth, .. } = spheres;
         let Open { tile, corner, pixels, window: [open_columns, open_rows], ref mut state, ref mut farthest } =
             *self.open;
         let [x, y] = corner.map(|at| at as usize);
-        let place = Place::new(scene, truth, projector, [x, y]);
+        let place = Place::new(scene, truth, projector, [x, y]).until(cancel);
         state.begin::<Exact>(&place);
         let disorder = wave.lists().disorder * truth.scale() * (1.0 + 4.0 * f64::EPSILON);
         // Most tiles have one open pixel: then spheres are looked at there eight at a time, and drawn from the front if they may be seen.
@@ -381,6 +384,9 @@ impl tile::Work for Paint<'_> {
         let mut count = 0;
         let list = wave.tile(tile as usize);
         for (turn, places) in list.chunks(LANES).enumerate() {
+            if cancel.is_cancelled() {
+                return;
+            }
             // While these are looked at, the next come.
             list.iter().skip(turn * LANES + SOON).take(LANES).for_each(|&place| spheres.prefetch(place));
             let all = batch.take(places, spheres, projector);

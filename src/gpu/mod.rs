@@ -33,7 +33,7 @@ use crate::{
     plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
     pool,
     project::Projector,
-    render::{DeviceChoice, DeviceError, DrawError, Drawing},
+    render::{Cancel, DeviceChoice, DeviceError, DrawError, Drawing},
     scene::Scene,
     shader::{FEW, Lanes},
     tile::Exact,
@@ -82,6 +82,7 @@ pub struct Gpu {
     cpu: Cpu,
     /// What went wrong outside of any call, such as a lost device.
     fault: Arc<Mutex<Option<String>>>,
+    cancel: Cancel,
 }
 
 /// One picture.
@@ -157,6 +158,7 @@ impl Gpu {
             rest: 0,
             cpu: Cpu::with(effort),
             fault,
+            cancel: Cancel::new(),
         })
     }
 
@@ -214,14 +216,20 @@ impl Gpu {
     /// Sets from how many spheres on they are ordered, and searched for what large ones hide, to test that it does not show.
     pub fn set_effort(&mut self, effort: Effort) {
         (self.effort, self.limits.worth) = (effort, effort.few);
-        (self.uploaded, self.cpu) = (None, Cpu::with(effort));
+        (self.uploaded, self.cpu) = (None, self.own_cpu());
+    }
+
+    /// Drawings end when this is cancelled.
+    pub fn cancel_on(&mut self, cancel: &Cancel) {
+        self.cancel = cancel.clone();
+        self.cpu.cancel_on(cancel);
     }
 
     /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the host again. Where that was a good part of
     /// the pixels, the next frames of the same scene are drawn by the host alone.
     ///
     /// # Errors
-    /// When there is no such picture, the device fails, or memory does not suffice there or here.
+    /// When there is no such picture, it was cancelled, the device fails, or memory does not suffice there or here.
     pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
         let mut drawing = self.filter(scene, view, region, true)?;
         drawing.counts.undecided = drawing.counts.undecided.min(region.pixels());
@@ -271,7 +279,7 @@ impl Gpu {
                 if let Some(ordered) = &uploaded.ordered {
                     self.cpu.adopt(scene, ordered);
                 }
-                self.cpu.draw_into::<Exact>(scene, view, drawing);
+                result = self.cpu.draw_into::<Exact>(scene, view, drawing);
                 drawing.counts.undecided = region.pixels();
             }
             None => drawing.ids.resize(region.pixels(), UNDECIDED),
@@ -316,6 +324,7 @@ impl Gpu {
         for chunk in chunks {
             let mut left = spheres.split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
+                self.cancel.check()?;
                 let begin = Instant::now();
                 let (wave, limit) = (&mut self.wave, self.limits.wave);
                 let (of_wave, met_now) = match &cover {
@@ -383,7 +392,7 @@ impl Gpu {
             // Lists of several waves are gone.
             let projector = projector.as_ref().filter(|_| decide && waves == 1);
             let at_once = projector.map(|projector| {
-                let among = Among { spheres, projector, wave: &gpu.wave };
+                let among = Among { spheres, projector, wave: &gpu.wave, cancel: &gpu.cancel };
                 let left_over = LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
                 AtOnce::new(left_over, region.pixels() / HOPELESS)
             });
@@ -410,7 +419,7 @@ impl Gpu {
                     done.tally = self.draw_on_host(spheres, region, ids)?;
                 }
                 Some(projector) => {
-                    let among = Among { spheres, projector: &projector, wave: &self.wave };
+                    let among = Among { spheres, projector: &projector, wave: &self.wave, cancel: &self.cancel };
                     let tiles = LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
                     done.tally += tiles.decide(&left_over, ids);
                 }
@@ -418,6 +427,7 @@ impl Gpu {
             }
             drawing.times.decide += since(begin);
         }
+        self.cancel.check()?;
         drawing.counts.undecided += done.pixels;
         drawing.counts.exact += done.tally.big as usize;
         Ok(())
@@ -448,10 +458,17 @@ impl Gpu {
         let mut left = spheres.split(0..spheres.places());
         while !left.iter().all(Range::is_empty) {
             let (projector, _) = &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
-            tally += undecided.look(Among { spheres, projector, wave: &self.wave });
+            tally += undecided.look(Among { spheres, projector, wave: &self.wave, cancel: &self.cancel });
         }
         undecided.write(ids, region);
         tally
+    }
+
+    /// A native device that knows no scene yet.
+    fn own_cpu(&self) -> Cpu {
+        let mut cpu = Cpu::with(self.effort);
+        cpu.cancel_on(&self.cancel);
+        cpu
     }
 
     /// Puts a scene on the device unless it is there.
@@ -460,7 +477,7 @@ impl Gpu {
             return Ok(());
         }
         // What is kept of another scene.
-        (self.uploaded, self.cpu, self.rest) = (None, Cpu::with(self.effort), 0);
+        (self.uploaded, self.cpu, self.rest) = (None, self.own_cpu(), 0);
         let fixed = Fixed::new(&scene.bounds());
         let mut chunks = Vec::new();
         let mut ordered = None;

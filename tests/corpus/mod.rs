@@ -310,6 +310,40 @@ fn coincident(corpus: &mut Corpus) {
         let look = Look { at: DVec3::new(3.1, 4.7, 5.3), view, distance: 7.0, height: 2.0 };
         corpus.look(&format!("neighbours in f64, view {k}, seed 4"), &scene(&spheres), look, pixels(16, 16));
     }
+    // Spheres that lie in one another by a few units in the last place, or by little, largest first or last; many times over.
+    for (name, gap) in [("1 ulp", two_to(-52)), ("2^-40", two_to(-40)), ("2^-8", two_to(-8))] {
+        for (word, sign) in [("growing", 1.0), ("shrinking", -1.0)] {
+            let shells: Vec<_> =
+                (0..60).map(|k| ball([0.1 * gap, 0.0, 0.0], 1.0 + sign * gap * f64::from(k / 2 * 2 % 40))).collect();
+            let look = Look { at: DVec3::ZERO, view: VIEWS[2], distance: 5.0, height: 2.2 };
+            corpus.look(&format!("60 in one another, {word} by {name}"), &scene(&shells), look, pixels(48, 48));
+        }
+    }
+    // The same seen from inside, and cut by either plane: inner walls, and a plane through the seam.
+    let mut random = Random::new(14);
+    for (name, apart) in [("2^-50", two_to(-50)), ("1e-9", 1e-9), ("0.01", 0.01)] {
+        let heap: Vec<_> =
+            (0..80).map(|_| ball(random.ball() * apart, 1.0 + random.between(-1.0, 1.0) * apart)).collect();
+        let heap = scene(&[&heap[..], &heap[..40]].concat());
+        for (word, origin, near, far) in [
+            ("inside", DVec3::new(0.25, 0.1, -0.125), 0.0, f64::INFINITY),
+            ("a near plane", DVec3::new(-2.0, 0.25, 0.0), 1.5, f64::INFINITY),
+            ("a near plane through it", DVec3::new(-1.5, 0.1, 0.2), 1.125, 2.25),
+            ("a far plane", DVec3::new(-2.0, 0.0, 0.1), 0.5, 1.25),
+        ] {
+            for (projection, last) in BOTH {
+                let mut camera =
+                    Grid { origin, near, far, pitch: 0.05, reach: 1.0, ..Grid::new(33) }.camera(projection);
+                camera.view = VIEWS[0] + 0.1 * VIEWS[2];
+                corpus.add(
+                    format!("a heap of 120 within {name}, {word}, {last}, seed 14"),
+                    &heap,
+                    camera,
+                    pixels(33, 33),
+                );
+            }
+        }
+    }
     // Two bundles whose seam is a line in the picture.
     let spheres = [
         ball([-0.3, 0.0, 0.0], 1.0),
