@@ -148,7 +148,7 @@ more 'order of lattices: the radius does not drop out' src/exact/small.rs 'if sa
 f=src/tile.rs
 fault 'ties to the higher index' $f 'order.then(index.cmp(&holder)).is_gt()' 'order.then(holder.cmp(&index)).is_gt()' '' --test exactness cpu::every_pixel
 more 'duplicates: the higher index' $f 'self.id[row][column] = holder.min(index);' 'self.id[row][column] = holder.max(index);' 'twice' --test exactness cpu::every_pixel
-more 'duplicates at a glance: the higher index' $f 'twin.min(index)' 'twin.max(index)' 'twice' --test exactness cpu::every_pixel
+more 'duplicates at a glance: the higher index' $f 'index.min(*holder)' 'index.max(*holder)' 'twice' --test exactness cpu::every_pixel
 more 'lower bounds of holders as the upper' $f 'let slack = 1.05 * width;' 'let slack = 0.0 * width;' '' --test exactness cpu::every_pixel
 more 'of the rows to decide in the last alone' $f 'self.open |= 1 << row;' 'self.open = 1 << row;' '' --test exactness cpu::every_pixel
 more 'blocks as far as their last row' $f '(place, sx, row, high).max(farthest);' '(place, sx, row, high);' '' --test exactness cpu::every_pixel
@@ -160,10 +160,10 @@ more 'hidden by nothing' $f '    nearest > farthest
 more 'early stop a slab too soon' $f 'if self.depths.farthest < grid.slab_start(slab) {
                 break;
             }
-            for some' 'if self.depths.farthest < grid.slab_start(slab + 1) {
+            self.densest' 'if self.depths.farthest < grid.slab_start(slab + 1) {
                 break;
             }
-            for some' '' --test exactness cpu::deep_tiles
+            self.densest' '' --test exactness cpu::deep_tiles
 more 'early stop a slab of groups too soon' $f 'if self.depths.farthest < grid.slab_start(slab) {
                 break;
             }
