@@ -14,7 +14,8 @@
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
 //! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which planes. [`memory`]: how much is left.
 //!
-//! [`load`], [`make`] and [`output`] read and write files; nothing else does.
+//! [`load`], [`make`] and [`output`] read and write files; nothing else does. [`identity`] tells whether two names are one
+//! file, [`litter`] what must not be left behind.
 //!
 //! ```
 //! use glam::DVec3;
@@ -40,6 +41,8 @@ pub mod filter;
 pub mod fov;
 pub mod frame;
 pub mod gpu;
+pub mod identity;
+pub mod litter;
 pub mod load;
 pub mod make;
 pub mod memory;

@@ -11,6 +11,8 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
+use crate::litter::{Child, Shield};
+
 /// What one run of a process has cost.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Cost {
@@ -67,15 +69,20 @@ fn cpu_of(usage: &libc::rusage) -> f64 {
 pub fn run(command: &mut Command) -> io::Result<Ended> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let begun = Instant::now();
-    let mut child = command.spawn()?;
+    let (mut child, _ended_with_us) = {
+        let _shield = Shield::new();
+        let child = command.spawn()?;
+        let id = child.id();
+        (child, Child::new(id))
+    };
     // Errors are read aside, so that neither pipe can fill up and stop the child.
     let mut stderr = child.stderr.take();
-    let errors = std::thread::spawn(move || {
+    let errors = std::thread::Builder::new().spawn(move || {
         let mut errors = Vec::new();
         // What cannot be read is missing from a message, no more.
         let _ = stderr.as_mut().map(|pipe| pipe.read_to_end(&mut errors));
         String::from_utf8_lossy(&errors).into_owned()
-    });
+    })?;
     let mut output = Vec::new();
     if let Some(pipe) = &mut child.stdout {
         pipe.read_to_end(&mut output)?;

@@ -24,6 +24,7 @@ use super::{
 use crate::{
     camera::{ImageSize, Region, View},
     gpu::{self, naive::Naive},
+    litter,
     render::{Device, DeviceChoice, DeviceError, DrawError, Drawing},
 };
 
@@ -491,7 +492,7 @@ impl Bench<'_> {
 
     /// Whole processes of each device, in turn, after one of each that does not count.
     fn processes(&self, made: &Made, image: ImageSize, exact: &[i32]) -> Result<Vec<Processes>, BenchError> {
-        let folder = tempfile::tempdir()?;
+        let folder = litter::Folder::new()?;
         let (path, mapped) = made.write(folder.path(), image)?;
         let devices = &self.settings.devices;
         let ids = |k: usize| folder.path().join(format!("ids-{k}.npy"));
@@ -537,7 +538,7 @@ impl Bench<'_> {
         if settings.runs == 0 {
             return Ok(checks);
         }
-        let folder = tempfile::tempdir()?;
+        let folder = litter::Folder::new()?;
         let (scene, _) = Recipe::new(Kind::Empty, 0).make(settings.image).write(folder.path(), settings.image)?;
         let picture = folder.path().join("out.png");
         for device in settings.devices.iter().filter(|device| device.choice != DeviceChoice::Cpu) {
@@ -577,7 +578,7 @@ impl Bench<'_> {
             return Ok(Vec::new());
         }
         (self.say)("the report's scenes");
-        let folder = tempfile::tempdir()?;
+        let folder = litter::Folder::new()?;
         let mut slowest = 0.0f64;
         for text in [
             include_str!("../../scenes/report/camera-origin.toml"),

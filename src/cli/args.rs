@@ -27,6 +27,8 @@ Exit codes:
   2  bad usage or bad input: the message says where, and the fix
   3  no usable device, or no display for the window
   4  output could not be written
+  101  a fault of this program: the message asks to report it
+  128 + n  ended by signal n, such as 130 for Ctrl-C
 
 Data goes to standard output, talk to standard error. Colours follow NO_COLOR.";
 
@@ -102,7 +104,8 @@ pub(super) struct RenderArgs {
     /// PNG to write: a file, - for standard output, or none for no picture
     ///
     /// The default is the scene's name with .png, in the current folder. The file appears when it is complete: a run that
-    /// fails or is killed leaves what was there before.
+    /// fails or is killed leaves what was there before. A file that is there keeps its permissions and its owner. Names
+    /// such as /dev/stdout and /dev/fd/3 are written to where they stand.
     #[arg(short, long, value_name = "OUT", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
 
@@ -169,24 +172,17 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Refuses outputs that get in each other's way.
-    fn checked(self, stats: bool) -> Result<Self, Failure> {
-        let stats = stats.then_some(Target::Stdout);
-        let taken: Vec<(&str, &Target)> =
-            self.named().into_iter().chain(stats.as_ref().map(|t| ("--stats", t))).collect();
-        for (k, (option, target)) in taken.iter().enumerate() {
-            if let Some((other, _)) = taken[..k].iter().find(|(_, earlier)| earlier == target) {
-                return Err(Failure::Usage(match target {
-                    Target::Stdout => {
-                        format!("{other} and {option} both want standard output; give {other} a file or leave one out")
-                    }
-                    Target::File(path) => {
-                        format!("{other} and {option} both write {}; give them two names", path.display())
-                    }
-                }));
-            }
+    /// Refuses names that stand for formats that are not written, and a request for nothing.
+    fn checked(self, text: bool) -> Result<Self, Failure> {
+        for (option, target) in self.named() {
+            let (what, ending) = match option {
+                "-o" => ("a picture", "png"),
+                "--visibility" => ("a part", "npz"),
+                _ => ("an array", "npy"),
+            };
+            target.check_ending(option, what, ending)?;
         }
-        if taken.is_empty() {
+        if self.named().is_empty() && !text {
             return Err(Failure::Usage(
                 "-o none leaves nothing to do; add --ids, --depth, --visibility or --stats, or name a picture".into(),
             ));
@@ -249,7 +245,7 @@ pub(super) struct MergeRequest {
 }
 
 impl MergeArgs {
-    /// Refuses outputs that get in each other's way.
+    /// Refuses what cannot be written as it is named.
     pub fn request(self) -> Result<MergeRequest, Failure> {
         let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
         let picture = (self.output != Path::new("none")).then(|| Target::from_arg(&self.output));
@@ -280,7 +276,7 @@ pub(super) struct RenderRequest {
 }
 
 impl RenderArgs {
-    /// Gives defaults their values, and refuses outputs that get in each other's way.
+    /// Gives defaults their values, and refuses what cannot be written as it is named.
     pub fn request(self) -> Result<RenderRequest, Failure> {
         let picture = match &self.output {
             Some(name) if name == Path::new("none") => None,
@@ -346,6 +342,10 @@ pub(super) struct MakeArgs {
     /// Seed of the random numbers: the same seed gives the same bytes on every machine
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+
+    /// Replace files of these names that this command has not made, or that have been changed since
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Kinds of large example scenes.
@@ -417,15 +417,19 @@ mod tests {
     }
 
     #[test]
-    fn outputs_have_defaults_and_do_not_collide() {
+    fn outputs_have_defaults_and_endings() {
         assert_eq!(request(&["a/b.toml"]).unwrap().outputs.picture, Some(Target::File("b.png".into())));
         assert_eq!(request(&["b.toml", "-o", "-"]).unwrap().outputs.picture, Some(Target::Stdout));
         assert_eq!(request(&["b.toml", "-o", "none", "--stats"]).unwrap().outputs.picture, None);
+        for name in ["x.PNG", "x", "-", "/dev/null", "x.", ".png", "a.b.png"] {
+            assert!(request(&["b.toml", "-o", name]).is_ok(), "{name}");
+        }
         for (args, word) in [
-            (&["b.toml", "-o", "-", "--stats"][..], "standard output"),
-            (&["b.toml", "-o", "-", "--ids", "-"], "standard output"),
-            (&["b.toml", "--depth", "x", "--ids", "x"], "both write x"),
-            (&["b.toml", "-o", "none"], "nothing to do"),
+            (&["b.toml", "-o", "none"][..], "nothing to do"),
+            (&["b.toml", "-o", "b.jpg"], "name it b.png"),
+            (&["b.toml", "-o", "frame.0001"], "name it frame.0001.png"),
+            (&["b.toml", "--ids", "b.png"], "name it b.npy"),
+            (&["b.toml", "--visibility", "b.npy"], "name it b.npz"),
             (&["-"], "-o OUT.png"),
         ] {
             let failure = request(args).err().expect("refused");

@@ -7,6 +7,7 @@ use clap::{Args as ClapArgs, Subcommand};
 use super::{
     Failure,
     args::{parse_count, parse_device, parse_size},
+    ends::{Ends, stdout_is_open},
     print, say,
 };
 use crate::{
@@ -187,6 +188,9 @@ fn open(choice: &DeviceChoice) -> Result<(), Failure> {
 }
 
 fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
+    let mut ends = Ends::new(Vec::new(), Some("the table"));
+    args.scene.iter().for_each(|path| ends.reads(path));
+    ends.check()?;
     let devices = contenders(args.device)?;
     let program = std::env::current_exe().map_err(BenchError::from)?;
     let mut tell = |what: &str| say(&format!("bench: {what}"));
@@ -210,6 +214,8 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
         None => speed::matrix(&settings, &mut tell)?,
         Some(path) => {
             let loaded = load::load(path)?;
+            loaded.files.iter().for_each(|path| ends.reads(path));
+            ends.check()?;
             settings.image = args.size.unwrap_or(loaded.image);
             let camera = loaded.camera(settings.image);
             let made = Made { name: path.display().to_string(), scene: loaded.scene, camera };
@@ -230,11 +236,12 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
 fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
     let plot = args.plot.as_deref().map(Target::from_arg);
     if let Some(target) = &plot {
-        target.check()?;
-        if *target == Target::Stdout {
-            return Err(Failure::Usage("the table goes to standard output; give --plot a file".into()));
-        }
+        target.check_ending("--plot", "a plot", "svg")?;
     }
+    let plots = plot.iter().map(|target| ("--plot", target)).collect();
+    let mut ends = Ends::new(plots, Some("the table"));
+    args.scene.iter().for_each(|path| ends.reads(path));
+    ends.check()?;
     let devices = contenders(args.device)?;
     let mut tell = |what: &str| say(&format!("bench: {what}"));
     let mut settings = accuracy::Settings {
@@ -249,15 +256,19 @@ fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
         None => accuracy::all(&settings, &mut tell)?,
         Some(path) => {
             let loaded = load::load(path)?;
+            loaded.files.iter().for_each(|path| ends.reads(path));
+            ends.check()?;
             settings.image = args.size.unwrap_or(loaded.image);
             let camera = loaded.camera(settings.image);
             let made = Made { name: path.display().to_string(), scene: loaded.scene, camera };
             accuracy::one(&settings, &made, &mut tell)?
         }
     };
-    if let Some(target) = plot {
+    if let Some(target) = &plot {
         let picture = plot::svg(&report);
-        output::commit(vec![target.stage(|out| out.write_all(picture.as_bytes()))?])?;
+        ends.check()?;
+        let staged = target.clone().stage(|out| out.write_all(picture.as_bytes()))?;
+        output::commit(vec![staged])?.iter().for_each(|note| say(&format!("note: {note}")));
     }
     if args.json {
         print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))?;
@@ -275,6 +286,7 @@ fn run_time(args: TimeArgs) -> Result<(), Failure> {
     if commands.iter().any(|command| command.is_empty()) {
         return Err(Failure::Usage("there is no command before or after one of the :::".into()));
     }
+    stdout_is_open()?;
     let run = |command: &[OsString]| -> Result<TimedRun, Failure> {
         let ended = process::run(Command::new(&command[0]).args(&command[1..]))
             .map_err(|error| Failure::Usage(format!("{} cannot be run: {error}", command[0].to_string_lossy())))?;

@@ -1,6 +1,6 @@
 //! `planisphere info`: which devices there are, what each lacks, and which one `auto` takes.
 
-use super::{Failure, print, render::auto_words};
+use super::{Failure, ends::stdout_is_open, print, render::auto_words};
 use crate::{
     gpu::adapters::adapters,
     render::{Device, DeviceChoice},
@@ -8,6 +8,7 @@ use crate::{
 
 /// Lists the native device and every adapter, and opens what `auto` and `gpu` take.
 pub(super) fn run() -> Result<(), Failure> {
+    stdout_is_open()?;
     let threads = rayon::current_num_threads();
     let mut text = format!("cpu   native, {threads} threads; needs no driver\n");
     for found in adapters() {

@@ -8,10 +8,12 @@ use serde::Serialize;
 use super::{
     Failure,
     args::MergeRequest,
+    ends::Ends,
     planes::{self, Found, Indices, Picture, Spent},
     print,
     progress::Progress,
     render::{milliseconds, region_inside, rounded},
+    say,
 };
 use crate::{
     load::{self, LoadError},
@@ -66,9 +68,9 @@ struct Milliseconds {
 /// Does what was asked; `start` is when the program began.
 pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure> {
     let outputs = &request.outputs;
-    for (_, target) in outputs.named() {
-        target.check()?;
-    }
+    let mut ends = Ends::new(outputs.named(), request.stats.then_some("--stats"));
+    request.parts.iter().for_each(|path| ends.reads(path));
+    ends.check()?;
     let mut times = Milliseconds::default();
 
     let (step, progress) = (Instant::now(), Progress::step("loading"));
@@ -106,7 +108,9 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     (times.depth, times.encode) = (rounded(spent.depth), rounded(spent.encode));
 
     let (step, progress) = (Instant::now(), Progress::step("writing"));
-    output::commit(staged)?;
+    // Names may have come to lead elsewhere meanwhile.
+    ends.check()?;
+    output::commit(staged)?.iter().for_each(|note| say(&format!("note: {note}")));
     drop(progress);
     times.write = milliseconds(step);
     times.total = milliseconds(start);

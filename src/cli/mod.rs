@@ -5,6 +5,7 @@
 
 mod args;
 mod bench;
+mod ends;
 mod explain;
 mod info;
 mod make;
@@ -12,6 +13,7 @@ mod merge;
 mod planes;
 mod progress;
 mod render;
+mod signals;
 #[cfg(feature = "window")]
 mod view;
 
@@ -27,7 +29,7 @@ use crate::{
     bench::speed::BenchError,
     frame::PlaneError,
     load::LoadError,
-    output::OutputError,
+    output::{OutputError, Target},
     part::merge::MergeError,
     render::{DeviceError, DrawError},
 };
@@ -41,6 +43,12 @@ enum Failure {
     /// More memory than there is.
     #[error("{0}")]
     Memory(String),
+    /// No threads to be had.
+    #[error(
+        "no threads to draw with: {0}; raise the limit (`ulimit -u`, or the container's of processes), or ask for fewer: \
+         RAYON_NUM_THREADS=1"
+    )]
+    Threads(rayon::ThreadPoolBuildError),
     /// Bad input.
     #[error("{0}")]
     Load(#[from] LoadError),
@@ -76,13 +84,14 @@ impl Failure {
         match self {
             Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Merge(_) | Self::Plane(_) => 2,
             Self::Draw(DrawError::View(_)) => 2,
-            Self::Device(_) | Self::Draw(_) => 3,
+            Self::Device(_) | Self::Draw(_) | Self::Threads(_) => 3,
             Self::Check(_) => 1,
             Self::Bench(error) => match error {
                 BenchError::Device(_) | BenchError::Draw(_) => 3,
                 BenchError::Process { .. } => 1,
                 BenchError::Io(_) => 4,
             },
+            Self::Output(OutputError::Ending { .. }) => 2,
             Self::Output(_) => 4,
             #[cfg(feature = "window")]
             Self::View(_) => 3,
@@ -102,7 +111,25 @@ impl Failure {
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let start = Instant::now();
-    let result = match args::Args::parse().command {
+    signals::install();
+    match args::Args::try_parse() {
+        Ok(args) => ended(run(args.command, start)),
+        Err(error) if error.use_stderr() => {
+            // Nobody listening is no failure.
+            let _ = error.print();
+            ExitCode::from(2)
+        }
+        // What was asked for: help, or the version.
+        Err(text) => ended(ends::stdout_is_open().and_then(|()| heard(text.print()))),
+    }
+}
+
+fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
+    let draws = !matches!(command, args::Command::Make(_) | args::Command::Completions { .. });
+    if draws {
+        rayon::ThreadPoolBuilder::new().build_global().map_err(Failure::Threads)?;
+    }
+    match command {
         args::Command::Render(args) => args.request().and_then(|request| render::run(&request, start)),
         #[cfg(feature = "window")]
         args::Command::View(args) => view::run(&args),
@@ -111,28 +138,45 @@ pub fn main() -> ExitCode {
         args::Command::Make(args) => make::run(&args),
         args::Command::Bench(args) => bench::run(args),
         args::Command::Completions { shell } => completions(shell),
-    };
+    }
+}
+
+fn ended(result: Result<(), Failure>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            say(&failure.report(color_on_stderr()));
+            complain(&failure.report(color_on_stderr()));
             ExitCode::from(failure.exit_code())
         }
     }
 }
 
-/// One line or more to standard error; nobody listening is no failure.
+/// An error to standard error; to standard output, if the one goes into a file that must stay as it is. Nobody listening is
+/// no failure.
+fn complain(text: &str) {
+    let _ = match ends::errors_are_heard() {
+        true => writeln!(io::stderr(), "{text}"),
+        false => writeln!(io::stdout(), "{text}"),
+    };
+}
+
+/// A note to standard error, one line or more, unless data go there. Nobody listening is no failure.
 fn say(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+    if ends::notes_are_heard() {
+        let _ = writeln!(io::stderr(), "{text}");
+    }
 }
 
 /// Text to standard output; a reader that has gone had enough.
 fn print(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
-            Err(OutputError::Io { target: "standard output".into(), source }.into())
-        }
+    ends::stdout_is_open()?;
+    Ok(Target::Stdout.stage(|out| out.write_all(text.as_bytes())).map(|_| ())?)
+}
+
+/// The result of writing text to standard output; a reader that has gone had enough.
+fn heard(written: io::Result<()>) -> Result<(), Failure> {
+    match written.and_then(|()| io::stdout().flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Target::Stdout.io(error).into()),
         _ => Ok(()),
     }
 }

@@ -7,6 +7,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use super::ends::notes_are_heard;
+
 /// A step that is under way, until dropped.
 pub(super) struct Progress {
     stop: Option<(Sender<()>, JoinHandle<()>)>,
@@ -15,12 +17,12 @@ pub(super) struct Progress {
 impl Progress {
     /// Begins a step, named by what is being done, such as "drawing".
     pub fn step(doing: &'static str) -> Self {
-        if !io::stderr().is_terminal() {
+        if !io::stderr().is_terminal() || !notes_are_heard() {
             return Self { stop: None };
         }
         let (sender, receiver) = mpsc::channel();
         let start = Instant::now();
-        let thread = thread::spawn(move || {
+        let thread = thread::Builder::new().spawn(move || {
             let mut shown = false;
             while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(Duration::from_secs(1)) {
                 let _ = write!(io::stderr(), "\r{doing} ... {} s", start.elapsed().as_secs());
@@ -31,7 +33,8 @@ impl Progress {
                 let _ = write!(io::stderr(), "\r\x1b[K");
             }
         });
-        Self { stop: Some((sender, thread)) }
+        // No thread to be had: the step goes on all the same, unseen.
+        Self { stop: thread.ok().map(|thread| (sender, thread)) }
     }
 }
 

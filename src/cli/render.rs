@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::{
     Failure,
     args::RenderRequest,
+    ends::Ends,
     explain,
     planes::{self, Found, Indices, Picture, Spent},
     print,
@@ -67,9 +68,10 @@ pub(super) fn rounded(milliseconds: f64) -> f64 {
 
 /// Does what was asked; `start` is when the program began.
 pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure> {
-    for (_, target) in request.outputs.named() {
-        target.check()?;
-    }
+    let text = if request.explain { Some("--explain") } else { request.stats.then_some("--stats") };
+    let mut ends = Ends::new(request.outputs.named(), text);
+    ends.reads(&request.scene);
+    ends.check()?;
     let mut times = Milliseconds::default();
 
     let (step, progress) = (Instant::now(), Progress::step("loading"));
@@ -77,6 +79,8 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let image = request.size.unwrap_or(loaded.image);
     let region = region_inside(request.region, image)?;
     let view = View::new(loaded.camera(image), image);
+    loaded.files.iter().for_each(|path| ends.reads(path));
+    ends.check()?;
     drop(progress);
     times.load = milliseconds(step);
 
@@ -119,7 +123,9 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     (times.depth, times.encode) = (rounded(spent.depth), rounded(spent.encode));
 
     let (step, progress) = (Instant::now(), Progress::step("writing"));
-    output::commit(staged)?;
+    // Names may have come to lead elsewhere meanwhile.
+    ends.check()?;
+    output::commit(staged)?.iter().for_each(|note| say(&format!("note: {note}")));
     drop(progress);
     times.write = milliseconds(step);
     times.total = milliseconds(start);

@@ -6,7 +6,7 @@
 use std::{
     fs,
     io::{self, Read},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 pub use part::part;
@@ -41,6 +41,8 @@ pub struct Loaded {
     pub image: ImageSize,
     /// Colour where there is no sphere, sRGB.
     pub background: [u8; 3],
+    /// The arrays that were read.
+    pub files: Vec<PathBuf>,
 }
 
 impl Loaded {
@@ -76,6 +78,16 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
         let fault = report::Fault::new("the scene file is not UTF-8 text", at..at, "not UTF-8", "save it as UTF-8");
         fault.into_error(&name, &String::from_utf8_lossy(error.as_bytes()))
     })?;
+    if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
+        let (problem, fix) = match text.trim().is_empty() {
+            true if from_stdin => ("nothing came in", "see why what was to write the scene has written nothing"),
+            true => ("is empty", "write a scene into it (see the files in scenes/), or name another file"),
+            false => {
+                ("holds nothing but comments", "write a scene into it: [[sphere]] tables, and [camera] if need be")
+            }
+        };
+        return Err(LoadError::of_file(&name, problem, fix));
+    }
     let folder = if from_stdin { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
     from_text(&name, &text, folder)
 }

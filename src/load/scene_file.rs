@@ -52,8 +52,9 @@ fn read_document(document: &DeTable, singles: Vec<Sphere>, folder: &Path) -> Res
     let root = Section::of_table("", document, 0..0, &known)?;
     let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
     let fixed_camera = root.get("camera").map(read_camera).transpose()?;
-    let scene = read_spheres(&root, singles, folder)?;
-    Ok(Loaded { scene, fixed_camera, image, background })
+    let mut files = Vec::new();
+    let scene = read_spheres(&root, singles, folder, &mut files)?;
+    Ok(Loaded { scene, fixed_camera, image, background, files })
 }
 
 /// A fault of the TOML itself, in the parser's words.
@@ -205,7 +206,12 @@ struct Source {
 }
 
 /// All `[[sphere]]` first, then each `[[spheres]]` in turn.
-fn read_spheres(root: &Section, mut singles: Vec<Sphere>, folder: &Path) -> Result<Scene, Fault> {
+fn read_spheres(
+    root: &Section,
+    mut singles: Vec<Sphere>,
+    folder: &Path,
+    files: &mut Vec<PathBuf>,
+) -> Result<Scene, Fault> {
     let (mut blocks, mut sources) = (Vec::new(), Vec::new());
     for table in tables(root, "sphere")? {
         singles.push(read_sphere(table)?);
@@ -215,7 +221,7 @@ fn read_spheres(root: &Section, mut singles: Vec<Sphere>, folder: &Path) -> Resu
         sources.push(None);
     }
     for value in tables(root, "spheres")? {
-        let (block, source) = read_block(value, folder)?;
+        let (block, source) = read_block(value, folder, files)?;
         blocks.push(block);
         sources.push(Some(source));
     }
@@ -265,12 +271,12 @@ fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
     ))
 }
 
-fn read_block(value: &Value, folder: &Path) -> Result<(Block, Source), Fault> {
+fn read_block(value: &Value, folder: &Path, files: &mut Vec<PathBuf>) -> Result<(Block, Source), Fault> {
     let section = Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
     section.not_both("radii", "radius")?;
     section.not_both("colors", "color")?;
 
-    let Some(centers) = open(&section, "centers", folder)? else {
+    let Some(centers) = open(&section, "centers", folder, files)? else {
         return Err(missing(&section, "centers", "centers = \"centers.npy\", an array of shape (N, 3)"));
     };
     let &[count, 3] = centers.array.shape.as_slice() else {
@@ -283,7 +289,7 @@ fn read_block(value: &Value, folder: &Path) -> Result<(Block, Source), Fault> {
         colors: Colors::Same(section.read("color", color)?.unwrap_or(DEFAULT_COLOR)),
     };
 
-    if let Some(radii) = open(&section, "radii", folder)? {
+    if let Some(radii) = open(&section, "radii", folder, files)? {
         if radii.array.shape != [count] {
             let wanted = format!("({count},), one for each row of `centers`");
             return Err(radii.wrong_shape(&wanted, "write one radius for each sphere, or use `radius`"));
@@ -296,7 +302,7 @@ fn read_block(value: &Value, folder: &Path) -> Result<(Block, Source), Fault> {
         return Err(missing(&section, "radii", "radii = \"radii.npy\" (shape (N,)), or radius = 0.5 for all"));
     }
 
-    if let Some(colors) = open(&section, "colors", folder)? {
+    if let Some(colors) = open(&section, "colors", folder, files)? {
         if colors.array.shape != [count, 3] {
             let wanted = format!("({count}, 3), one row for each row of `centers`");
             return Err(colors.wrong_shape(&wanted, "write red, green and blue for each sphere, or use `color`"));
@@ -336,9 +342,10 @@ fn array_fault(path: &Path, span: Range<usize>, error: &NpyError) -> Fault {
     Fault::new(format!("{}: {error}", path.display()), span, "this array", error.fix())
 }
 
-fn open(section: &Section, key: &str, folder: &Path) -> Result<Option<Named>, Fault> {
+fn open(section: &Section, key: &str, folder: &Path, files: &mut Vec<PathBuf>) -> Result<Option<Named>, Fault> {
     let Some(name) = section.read(key, string)? else { return Ok(None) };
     let (path, span) = (folder.join(name), section.place(key));
+    files.push(path.clone());
     match Array::open(&path) {
         Ok(array) => Ok(Some(Named { path, span, array })),
         Err(error) => Err(array_fault(&path, span, &error)),
