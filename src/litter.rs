@@ -14,7 +14,7 @@ use std::{
 #[cfg(unix)]
 pub(crate) use unix::hidden;
 #[cfg(unix)]
-pub use unix::{Child, Named, SIGNALS, Shield, clear};
+pub use unix::{Child, Named, SIGNALS, Shield, clear, waits};
 
 /// How the names of all temporary files and folders begin.
 const PREFIX: &str = ".planisphere-";
@@ -99,6 +99,7 @@ impl Drop for Folder {
 #[cfg(unix)]
 mod unix {
     use std::{
+        cell::Cell,
         ffi::CString,
         fs::{self, File, OpenOptions},
         io, mem,
@@ -134,39 +135,52 @@ mod unix {
     /// The signals that end the process by way of [`clear`].
     pub const SIGNALS: [libc::c_int; 5] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT, libc::SIGXCPU];
 
-    /// While it lives, no signal ends the process: for what takes no time, and must be done as a whole. Not to be nested.
-    pub struct Shield {
-        before: libc::sigset_t,
+    /// A signal that waits until the shield of the thread that it came to is down.
+    static WAITING: AtomicI32 = AtomicI32::new(0);
+
+    thread_local! {
+        /// Whether this thread has put up a shield.
+        static UP: Cell<bool> = const { Cell::new(false) };
     }
+
+    /// While it lives, no signal ends the process: for what takes no time, and must be done as a whole. Not to be nested.
+    ///
+    /// Signals are not blocked, because children that are started meanwhile would inherit that.
+    pub struct Shield(());
 
     impl Shield {
         /// Puts it up.
         pub fn new() -> Self {
-            // SAFETY: both sets are whole values that the calls fill, and the signals are real ones.
-            let before = unsafe {
-                let (mut set, mut before) = (mem::zeroed(), mem::zeroed());
-                libc::sigemptyset(&raw mut set);
-                SIGNALS.iter().for_each(|&signal| {
-                    libc::sigaddset(&raw mut set, signal);
-                });
-                libc::pthread_sigmask(libc::SIG_BLOCK, &raw const set, &raw mut before);
-                before
-            };
+            UP.set(true);
             SHIELDED.fetch_add(1, SeqCst);
             if ENDING.load(SeqCst) {
                 SHIELDED.fetch_sub(1, SeqCst);
                 wait_for_the_end();
             }
-            Self { before }
+            Self(())
         }
     }
 
     impl Drop for Shield {
         fn drop(&mut self) {
             SHIELDED.fetch_sub(1, SeqCst);
-            // SAFETY: the set is the one that the constructor was given.
-            unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &raw const self.before, ptr::null_mut()) };
+            UP.set(false);
+            let signal = WAITING.swap(0, SeqCst);
+            if signal != 0 {
+                // SAFETY: a signal to this thread, which came before and is now handled.
+                unsafe { libc::raise(signal) };
+            }
         }
+    }
+
+    /// For a signal's handler: whether the signal has to wait for a shield of the thread it came to, after which it comes
+    /// again.
+    pub fn waits(signal: libc::c_int) -> bool {
+        let up = UP.get();
+        if up {
+            WAITING.store(signal, SeqCst);
+        }
+        up
     }
 
     fn wait_for_the_end() -> ! {

@@ -8,7 +8,7 @@ pub(super) fn install() {
     std::panic::set_hook(Box::new(move |panic| {
         words(panic);
         super::complain(
-            "error: this is a fault of planisphere. No output was half written.\n\
+            "error: this is a fault of planisphere. No file was half written.\n\
              fix: please report it, with the command, the scene and the lines above",
         );
         crate::litter::clear();
@@ -48,7 +48,7 @@ mod unix {
     /// Sets a handler, unless the signal is ignored.
     fn handle(signal: libc::c_int, handler: usize) {
         // SAFETY: all zero bytes are a valid `sigaction`; the pointers are to whole values; the handlers below make only
-        // system calls that POSIX allows in one. They run on the stack that the thread has for signals, if it has one.
+        // system calls that POSIX allows in one. (They run on the thread's own stack: Rust's stack for signals is short.)
         unsafe {
             let mut old: libc::sigaction = mem::zeroed();
             if libc::sigaction(signal, ptr::null(), &raw mut old) != 0 || old.sa_sigaction == libc::SIG_IGN {
@@ -56,7 +56,7 @@ mod unix {
             }
             let mut new: libc::sigaction = mem::zeroed();
             new.sa_sigaction = handler;
-            new.sa_flags = libc::SA_RESTART | libc::SA_ONSTACK;
+            new.sa_flags = libc::SA_RESTART;
             libc::sigemptyset(&raw mut new.sa_mask);
             libc::sigaction(signal, &raw const new, ptr::null_mut());
         }
@@ -66,6 +66,9 @@ mod unix {
 
     /// Ends the process by the signal, as if it had not been handled, so that whoever waits for it sees which it was.
     extern "C" fn end(signal: libc::c_int) {
+        if litter::waits(signal) {
+            return;
+        }
         litter::clear();
         // SAFETY: system calls that POSIX allows in a handler, with whole values.
         unsafe {

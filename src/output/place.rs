@@ -64,7 +64,8 @@ impl Place {
                 // Another process's descriptor: its link has no name that could be followed as text.
                 return Ok(Self::Device(path));
             }
-            path = folder.join(fs::read_link(&path).map_err(named)?);
+            let link = fs::read_link(&path).map_err(named)?;
+            path = if folder == Path::new(".") { link } else { folder.join(link) };
         }
         Err(named(io::Error::other("its links lead in a circle")))
     }

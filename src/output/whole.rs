@@ -100,7 +100,7 @@ impl Scratch {
                 // It was not when the run began.
                 return Err(io::ErrorKind::PermissionDenied.into());
             }
-            if matches!(self.name, Name::Elsewhere) || !dress(&self.file, old, path) {
+            if matches!(self.name, Name::Elsewhere) || is_mounted(path) || !dress(&self.file, old, path) {
                 in_place = Some(Old::open(path, self.file.metadata()?.len())?);
             } else {
                 // A crash of the machine must leave the old file or the new one, never an empty one.
@@ -146,7 +146,9 @@ impl Ready {
             Err(error) if !not_nameable(&error) => Err(error),
             Err(error) => match Old::open(&path, scratch.file.metadata()?.len()) {
                 Ok(old) => old.overwrite(&mut scratch.file).map(|()| None),
-                Err(_) => Err(error),
+                // Why it can be neither renamed nor written: what is more of a reason.
+                Err(second) if second.kind() == io::ErrorKind::PermissionDenied => Err(error),
+                Err(second) => Err(second),
             },
         }
     }
@@ -237,6 +239,20 @@ impl Old {
         self.file.set_len(length)?;
         flushed(&self.file)
     }
+}
+
+/// Whether a file is a mount point: its name cannot be moved.
+#[cfg(target_os = "linux")]
+fn is_mounted(path: &Path) -> bool {
+    use rustix::fs::{AtFlags, CWD, StatxAttributes, StatxFlags, statx};
+    // What an old kernel does not tell, it tells when the name is moved.
+    statx(CWD, path, AtFlags::SYMLINK_NOFOLLOW, StatxFlags::TYPE)
+        .is_ok_and(|found| found.stx_attributes.contains(StatxAttributes::MOUNT_ROOT))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn is_mounted(_: &Path) -> bool {
+    false
 }
 
 #[cfg(unix)]
