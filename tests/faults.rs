@@ -9,7 +9,7 @@ use std::{
     collections::BTreeMap,
     fs::{self, File},
     io::{BufRead, BufReader, Read},
-    os::unix::process::ExitStatusExt,
+    os::unix::{fs::PermissionsExt, process::ExitStatusExt},
     path::Path,
     process::{Child, Command, ExitStatus, Output, Stdio},
     thread::sleep,
@@ -416,11 +416,15 @@ impl Job {
 
     /// Puts the old files into place, or none.
     fn prepare(&self, folder: &Path, old: bool) {
+        // Whoever's they are after the last run.
         for (name, bytes) in &self.old {
-            match old {
-                true => fs::write(folder.join(name), bytes).unwrap(),
-                false => drop(fs::remove_file(folder.join(name))),
+            let _ = fs::remove_file(folder.join(name));
+            if old {
+                fs::write(folder.join(name), bytes).unwrap();
             }
+        }
+        for folder in [folder, &folder.join("made")] {
+            fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
         }
     }
 
@@ -552,16 +556,20 @@ impl Trial {
         if let Some(job) = job {
             job.prepare(self.at(), old);
         }
-        let delay = time.mul_f64(1.15 * self.random.unit());
+        // Half of the moments lie near the end, where files are written.
+        let part = 1.15 * self.random.unit();
+        let delay = time.mul_f64(if self.random.below(2) == 0 { 0.85 + 0.3 * part } else { part });
         let what = format!("{command} ended by {name} after {delay:?} (round {round})");
         let mut child = self.start(&args);
-        if command == "view" {
-            sleep(delay / 2);
-            // A screenshot, if there is a window by now.
-            let press = "exec xdotool search --onlyvisible --name . key --window %@ s";
-            let pressed = Command::new("sh").args(["-c", press]).env("DISPLAY", &self.server.1).output();
-            assert!(pressed.is_ok());
-            sleep(delay / 2);
+        if command == "view" && self.random.below(3) > 0 {
+            // Screenshots, as soon as there is a window; then the end, while they are drawn and written.
+            let press =
+                "w=$(xdotool search --sync --onlyvisible --name '^scene') && xdotool windowfocus --sync $w key s key s";
+            let pressed =
+                Command::new("timeout").args(["20", "sh", "-c", press]).env("DISPLAY", &self.server.1).output();
+            let pressed = pressed.expect("there is a shell");
+            assert!(pressed.status.success(), "xdotool: {}", String::from_utf8_lossy(&pressed.stderr));
+            sleep(delay / 3);
         } else {
             sleep(delay);
         }
@@ -642,7 +650,11 @@ impl Trial {
             }),
             5 => ("cut inputs", self.cut(&args, unit)),
             6 => ("not permitted", format!("{nobody} $P {args}")),
-            7 => ("no threads", format!("{nobody} prlimit --nproc={} $P {args}", 1 + (unit * 3.0) as usize)),
+            7 => ("no threads", {
+                let names = job.new.keys().cloned().collect::<Vec<_>>().join(" ");
+                let limit = 1 + (unit * 4.0) as usize;
+                format!("chmod 777 . made; chmod 666 {names} 2>/dev/null; {nobody} prlimit --nproc={limit} $P {args}")
+            }),
             _ => ("full disk", {
                 // A file system of its own on which everything is done, and which is looked at before it goes.
                 let size =

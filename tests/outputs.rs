@@ -351,6 +351,39 @@ fn a_file_stays_what_it_is() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn attributes_stay() {
+    use rustix::fs::{XattrFlags, getxattr, setxattr};
+    // Beside the build: /tmp may be a file system without attributes.
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::copy(template().join("s.toml"), at("s.toml")).unwrap();
+    fs::write(at("a.png"), "old").unwrap();
+    let get = |name: &str| {
+        let mut value = [0; 64];
+        getxattr(at("a.png"), name, &mut value).map(|length| value[..length].to_vec())
+    };
+    if let Err(error) = setxattr(at("a.png"), "user.note", b"mine", XattrFlags::empty()) {
+        eprintln!("attributes were not tried: {error}");
+        return;
+    }
+    // Access for the user 61234: version 2, then tag, permissions and user of each entry.
+    let entries: [(u16, u16, u32); 5] = [(1, 6, !0), (2, 4, 61234), (4, 0, !0), (16, 4, !0), (32, 0, !0)];
+    let entry = |(tag, what, user): (u16, u16, u32)| {
+        [&tag.to_le_bytes()[..], &what.to_le_bytes(), &user.to_le_bytes()].concat()
+    };
+    let list = [2u32.to_le_bytes().to_vec(), entries.map(entry).concat()].concat();
+    let lists = setxattr(at("a.png"), "system.posix_acl_access", &list, XattrFlags::empty()).is_ok();
+    let output = shell(folder.path(), "$P render s.toml -o a.png");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(fs::read(at("a.png")).unwrap(), fs::read(template().join("want.png")).unwrap());
+    assert_eq!(get("user.note").unwrap(), b"mine");
+    if lists {
+        assert_eq!(get("system.posix_acl_access").unwrap(), list);
+    }
+}
+
 /// Files that are mounted, which only root can try, and not in every container.
 #[test]
 fn mount_points_are_written() {

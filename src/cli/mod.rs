@@ -28,6 +28,7 @@ use clap::{CommandFactory, Parser};
 use crate::{
     bench::speed::BenchError,
     frame::PlaneError,
+    litter::Shield,
     load::LoadError,
     output::{OutputError, Target},
     part::merge::MergeError,
@@ -142,6 +143,8 @@ fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
 }
 
 fn ended(result: Result<(), Failure>) -> ExitCode {
+    // A signal that is at work on another thread ends the process; what fails because of that has no words.
+    std::mem::forget(Shield::new());
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

@@ -292,10 +292,10 @@ fn attributes(new: &File, old: &Path) -> io::Result<()> {
         fs::{XattrFlags, fgetxattr, flistxattr, fremovexattr, fsetxattr, lgetxattr, llistxattr},
         io::Errno,
     };
-    type Answer = Result<usize, Errno>;
-    /// Asks for the length first, then for the bytes.
-    fn whole(ask: impl Fn(&mut [u8]) -> Answer) -> Result<Vec<u8>, Errno> {
-        let mut bytes = vec![0; ask(&mut [])?];
+    /// The system's limit of a list, and of a value.
+    const LONGEST: usize = 1 << 16;
+    fn whole(ask: impl Fn(&mut [u8]) -> Result<usize, Errno>) -> Result<Vec<u8>, Errno> {
+        let mut bytes = vec![0; LONGEST];
         let length = ask(&mut bytes)?;
         bytes.truncate(length);
         Ok(bytes)
