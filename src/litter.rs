@@ -150,7 +150,7 @@ mod unix {
 
     impl Shield {
         /// Puts it up.
-        pub fn new() -> Self {
+        pub fn up() -> Self {
             UP.set(true);
             SHIELDED.fetch_add(1, SeqCst);
             if ENDING.load(SeqCst) {
@@ -304,7 +304,7 @@ mod unix {
     pub(crate) fn hidden(folder: &Path) -> io::Result<(File, PathBuf, Named)> {
         loop {
             let path = name_in(folder);
-            let _shield = Shield::new();
+            let _shield = Shield::up();
             let named = Named::new(&path, false)?;
             let file = OpenOptions::new().read(true).write(true).create_new(true).mode(0o666).open(&path)?;
             // A file system without locks: the file is never taken for litter, since it cannot be locked then either.
@@ -319,7 +319,7 @@ mod unix {
     pub(super) fn folder(all: &Path) -> io::Result<(PathBuf, (File, Named))> {
         loop {
             let path = name_in(all);
-            let _shield = Shield::new();
+            let _shield = Shield::up();
             let named = Named::new(&path, true)?;
             fs::DirBuilder::new().mode(0o700).create(&path)?;
             let Ok(folder) = File::open(&path) else { continue };
@@ -396,7 +396,7 @@ pub struct Shield;
 #[cfg(not(unix))]
 impl Shield {
     /// Nothing to put up.
-    pub fn new() -> Self {
+    pub fn up() -> Self {
         Self
     }
 }

@@ -70,7 +70,7 @@ pub fn run(command: &mut Command) -> io::Result<Ended> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let begun = Instant::now();
     let (mut child, _ended_with_us) = {
-        let _shield = Shield::new();
+        let _shield = Shield::up();
         let child = command.spawn()?;
         let id = child.id();
         (child, Child::new(id))

@@ -144,7 +144,7 @@ fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
 
 fn ended(result: Result<(), Failure>) -> ExitCode {
     // A signal that is at work on another thread ends the process; what fails because of that has no words.
-    std::mem::forget(Shield::new());
+    std::mem::forget(Shield::up());
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

@@ -33,6 +33,7 @@ enum Name {
     #[cfg(not(unix))]
     Hidden { path: PathBuf },
     /// It has none, and lies elsewhere: its bytes are to be copied.
+    #[cfg(unix)]
     Elsewhere,
 }
 
@@ -100,7 +101,7 @@ impl Scratch {
                 // It was not when the run began.
                 return Err(io::ErrorKind::PermissionDenied.into());
             }
-            if matches!(self.name, Name::Elsewhere) || is_mounted(path) || !dress(&self.file, old, path) {
+            if self.is_elsewhere() || is_mounted(path) || !dress(&self.file, old, path) {
                 in_place = Some(Old::open(path, self.file.metadata()?.len())?);
             } else {
                 // A crash of the machine must leave the old file or the new one, never an empty one.
@@ -347,6 +348,16 @@ fn descriptor_path(file: &File) -> PathBuf {
 }
 
 impl Scratch {
+    #[cfg(unix)]
+    fn is_elsewhere(&self) -> bool {
+        matches!(self.name, Name::Elsewhere)
+    }
+
+    #[cfg(not(unix))]
+    fn is_elsewhere(&self) -> bool {
+        false
+    }
+
     /// Moves the name `path` onto this file; the old file of this name, if any, loses it.
     fn rename(&self, path: &Path) -> io::Result<()> {
         match &self.name {
@@ -366,6 +377,7 @@ impl Scratch {
                 })
             }
             Name::Hidden { path: hidden, .. } => fs::rename(hidden, path),
+            #[cfg(unix)]
             Name::Elsewhere => Err(io::ErrorKind::CrossesDevices.into()),
         }
     }
@@ -376,7 +388,7 @@ impl Scratch {
             #[cfg(target_os = "linux")]
             Name::None => {
                 use rustix::fs::{AtFlags, CWD, linkat};
-                Ok(linkat(CWD, &descriptor_path(&self.file), CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+                Ok(linkat(CWD, descriptor_path(&self.file), CWD, path, AtFlags::SYMLINK_FOLLOW)?)
             }
             Name::Hidden { path: hidden, .. } => {
                 // A second name first; file systems without hard links look, and move.
@@ -391,6 +403,7 @@ impl Scratch {
                     }
                 }
             }
+            #[cfg(unix)]
             Name::Elsewhere => Err(io::ErrorKind::CrossesDevices.into()),
         }
     }
@@ -433,7 +446,7 @@ pub(super) fn ignores_case(_: &Path) -> io::Result<bool> {
 /// # Errors
 /// The first that failed, by its place, and the system's words. Those before it have their names.
 pub(super) fn publish_all(all: Vec<Ready>) -> Result<Vec<String>, (usize, io::Error)> {
-    let _shield = Shield::new();
+    let _shield = Shield::up();
     let mut said = Vec::new();
     for (place, ready) in all.into_iter().enumerate() {
         said.extend(ready.publish().map_err(|error| (place, error))?);
@@ -446,6 +459,6 @@ pub(super) fn publish_all(all: Vec<Ready>) -> Result<Vec<String>, (usize, io::Er
 /// # Errors
 /// As [`Ready::publish_new`].
 pub(super) fn publish_new(ready: Ready, names: impl IntoIterator<Item = PathBuf>) -> io::Result<PathBuf> {
-    let _shield = Shield::new();
+    let _shield = Shield::up();
     ready.publish_new(names)
 }
