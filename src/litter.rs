@@ -41,17 +41,37 @@ fn kernel() -> u32 {
 
 /// Removes from a folder what runs that were killed have left there. What cannot be removed stays.
 pub(crate) fn sweep(folder: &Path) {
-    let Ok(entries) = fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let Some(tag) = name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.strip_suffix(SUFFIX)) else {
-            continue;
-        };
+    for name in names(folder) {
+        let Some(tag) = name.strip_prefix(PREFIX).and_then(|name| name.strip_suffix(SUFFIX)) else { continue };
         #[cfg(unix)]
-        unix::remove_dead(&entry.path(), tag);
+        unix::remove_dead(&folder.join(&name), tag);
         #[cfg(not(unix))]
         let _ = tag;
     }
+}
+
+/// The names in a folder that begin with [`PREFIX`]. A folder may have very many others: they are looked at, no more.
+#[cfg(target_os = "linux")]
+fn names(folder: &Path) -> Vec<String> {
+    let mut buffer = Vec::with_capacity(1 << 16);
+    let Ok(folder) = fs::File::open(folder) else { return Vec::new() };
+    let mut entries = rustix::fs::RawDir::new(&folder, buffer.spare_capacity_mut());
+    let mut names = Vec::new();
+    while let Some(Ok(entry)) = entries.next() {
+        let name = entry.file_name().to_bytes();
+        if name.starts_with(PREFIX.as_bytes()) {
+            names.extend(std::str::from_utf8(name).map(str::to_owned));
+        }
+    }
+    names
+}
+
+/// The names in a folder that begin with [`PREFIX`].
+#[cfg(not(target_os = "linux"))]
+fn names(folder: &Path) -> Vec<String> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
+    names.filter(|name| name.starts_with(PREFIX)).collect()
 }
 
 /// A folder for files that other processes are to read. It is removed when dropped, and when the process ends.

@@ -12,10 +12,16 @@ fn main() -> ExitCode {
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         set("NODEVICE_SELECT", "1");
     }
-    // Mesa keeps compiled shaders in a file that it maps: on a full disk that is the end of the process (SIGBUS). Who wants
-    // it all the same says so by the same variable.
-    if std::env::var_os("MESA_SHADER_CACHE_DISABLE").is_none() {
-        set("MESA_SHADER_CACHE_DISABLE", "true");
+    // Mesa keeps compiled shaders in many files and an index, which it maps and writes to: on a full disk that ends the
+    // process (SIGBUS). The database, its default from version 23 on, is written as any other file.
+    let own = [
+        "MESA_SHADER_CACHE_DISABLE",
+        "MESA_DISK_CACHE_SINGLE_FILE",
+        "MESA_DISK_CACHE_DATABASE",
+        "MESA_DISK_CACHE_MULTI_FILE",
+    ];
+    if own.iter().all(|name| std::env::var_os(name).is_none()) {
+        set("MESA_DISK_CACHE_DATABASE", "true");
     }
     #[cfg(unix)]
     planisphere::output::were_closed(streams::closed());

@@ -302,7 +302,7 @@ fn named_temporary_files_are_removed() {
     assert!(litter(folder.path()).is_empty());
 }
 
-/// Mesa's cache of shaders is kept off: on a full disk it ends the process. Needs root, for the disk.
+/// Mesa's cache of shaders among the rest, which on a full disk can end the process. Needs root, for the disk.
 #[test]
 fn a_full_disk_is_told_in_words() {
     if !shell(Path::new("/"), "unshare -m true").status.success() {

@@ -3,6 +3,8 @@
 #
 #   tests/run.sh                      every test
 #   tests/run.sh --test window        arguments go to `cargo test`
+#   PLANISPHERE_FAULTS=500,200 tests/run.sh --test faults -- kills_and_faults --nocapture
+#                                     more kills and faults at random moments than the 60 and 40 of every run
 #
 # Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, and
 # the libraries that the window loads when it opens under X. On Debian and Ubuntu what is missing is installed, with sudo
@@ -10,9 +12,9 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# The Vulkan loader and Mesa's software device, the X server, the keys; then what winit and softbuffer load.
+# The Vulkan loader and Mesa's software device, the X server, the keys, setpriv and prlimit; then what winit and softbuffer load.
 packages=(
-    libvulkan1 mesa-vulkan-drivers xvfb xdotool
+    libvulkan1 mesa-vulkan-drivers xvfb xdotool util-linux
     libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0
 )
 

@@ -510,6 +510,8 @@ impl Bench<'_> {
                     "--device".as_ref(),
                     device.argument.as_ref(),
                 ];
+                // A new file: one that replaces another is waited for until it lies on the disk.
+                let _ = fs::remove_file(&ids);
                 let cost = timed(&self.settings.program, &arguments)?;
                 if round > 0 {
                     samples[k].0.add_cost(cost);
@@ -555,6 +557,7 @@ impl Bench<'_> {
             ];
             let (mut walls, mut bares) = (Vec::new(), Vec::new());
             for round in 0..=2 * settings.runs {
+                let _ = fs::remove_file(&picture);
                 let (bare, full) = (timed(&settings.program, &bare)?, timed(&settings.program, &full)?);
                 if round > 0 {
                     bares.push(bare.wall);
@@ -598,6 +601,8 @@ impl Bench<'_> {
                     "--device".as_ref(),
                     "cpu".as_ref(),
                 ];
+                // A new file: one that replaces another is waited for until it lies on the disk.
+                let _ = fs::remove_file(&picture);
                 let cost = timed(&self.settings.program, &arguments)?;
                 if round > 0 {
                     walls.push(cost.wall);
