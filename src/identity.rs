@@ -1,8 +1,9 @@
-//! Which file is meant, whatever it is called: two names of one file are equal here, two files never are.
+//! Which file is meant, whatever it is called: two names of one file are equal here, two files
+//! never are.
 //!
-//! A file that is there is its device and inode, links followed: hard links, symbolic links, mounts and `/dev/fd/N` all
-//! lead to it. One that is not there yet is its folder's device and inode, and its name. (Where the system has no inodes,
-//! the canonical path takes their place.)
+//! A file that is there is its device and inode, links followed: hard links, symbolic links, mounts
+//! and `/dev/fd/N` all lead to it. One that is not there yet is its folder's device and inode, and
+//! its name. (Where the system has no inodes, the canonical path takes their place.)
 
 use std::{
     ffi::OsString,
@@ -92,8 +93,8 @@ impl Identity {
         Ok(Self { place: Place::Path(fs::canonicalize(path)?), kind: Kind::Storage })
     }
 
-    /// Whether both are new files of one folder, whose names differ in case only: where the file system takes no notice of
-    /// case, these are one file.
+    /// Whether both are new files of one folder, whose names differ in case only: where the file
+    /// system takes no notice of case, these are one file.
     pub fn differs_in_case(&self, other: &Self) -> bool {
         match (&self.place, &other.place) {
             (Place::New { folder, name }, Place::New { folder: other, name: second }) => {

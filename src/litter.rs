@@ -1,8 +1,10 @@
-//! What must not be left behind when the process ends before its time: temporary names, and children.
+//! What must not be left behind when the process ends before its time: temporary names, and
+//! children.
 //!
-//! A signal's handler calls [`clear`], which takes away what is registered here; it therefore allocates nothing and takes
-//! no lock. What no handler sees (SIGKILL, power) is found by the next run: every temporary file or folder is locked
-//! (`flock`) for as long as its run lives, so that one without a lock is litter.
+//! A signal's handler calls [`clear`], which takes away what is registered here; it therefore
+//! allocates nothing and takes no lock. What no handler sees (SIGKILL, power) is found by the next
+//! run: every temporary file or folder is locked (`flock`) for as long as its run lives, so that
+//! one without a lock is litter.
 
 use std::{
     fs,
@@ -21,8 +23,8 @@ const PREFIX: &str = ".planisphere-";
 /// How they end.
 const SUFFIX: &str = ".tmp";
 
-/// After this time a file of another machine is litter, if nobody holds its lock: not all network file systems tell other
-/// machines of locks.
+/// After this time a file of another machine is litter, if nobody holds its lock: not all network
+/// file systems tell other machines of locks.
 #[cfg(unix)]
 const FOREIGN: std::time::Duration = std::time::Duration::from_secs(24 * 3600);
 
@@ -32,7 +34,8 @@ pub(crate) fn name_in(folder: &Path) -> PathBuf {
     folder.join(format!("{PREFIX}{:08x}-{random:016x}{SUFFIX}", kernel()))
 }
 
-/// Which kernel runs: locks are certain among its processes, containers included, and no other kernel has its number.
+/// Which kernel runs: locks are certain among its processes, containers included, and no other
+/// kernel has its number.
 fn kernel() -> u32 {
     let boot = fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     // FNV-1a: the same in every version of the program.
@@ -50,7 +53,8 @@ pub(crate) fn sweep(folder: &Path) {
     }
 }
 
-/// The names in a folder that begin with [`PREFIX`]. A folder may have very many others: they are looked at, no more.
+/// The names in a folder that begin with [`PREFIX`]. A folder may have very many others: they are
+/// looked at, no more.
 #[cfg(target_os = "linux")]
 fn names(folder: &Path) -> Vec<String> {
     let mut buffer = Vec::with_capacity(1 << 16);
@@ -74,7 +78,8 @@ fn names(folder: &Path) -> Vec<String> {
     names.filter(|name| name.starts_with(PREFIX)).collect()
 }
 
-/// A folder for files that other processes are to read. It is removed when dropped, and when the process ends.
+/// A folder for files that other processes are to read. It is removed when dropped, and when the
+/// process ends.
 pub(crate) struct Folder {
     path: PathBuf,
     /// Holds the lock, and the name in the list of what is to be removed.
@@ -163,7 +168,8 @@ mod unix {
         static UP: Cell<bool> = const { Cell::new(false) };
     }
 
-    /// While it lives, no signal ends the process: for what takes no time, and must be done as a whole. Not to be nested.
+    /// While it lives, no signal ends the process: for what takes no time, and must be done as a
+    /// whole. Not to be nested.
     ///
     /// Signals are not blocked, because children that are started meanwhile would inherit that.
     pub struct Shield(());
@@ -193,8 +199,8 @@ mod unix {
         }
     }
 
-    /// For a signal's handler: whether the signal has to wait for a shield of the thread it came to, after which it comes
-    /// again.
+    /// For a signal's handler: whether the signal has to wait for a shield of the thread it came
+    /// to, after which it comes again.
     pub fn waits(signal: libc::c_int) -> bool {
         let up = UP.get();
         if up {
@@ -216,7 +222,8 @@ mod unix {
         unsafe { libc::nanosleep(&raw const time, ptr::null_mut()) };
     }
 
-    /// A name that is removed when the process ends by a signal, until dropped. The file itself is its owner's.
+    /// A name that is removed when the process ends by a signal, until dropped. The file itself is
+    /// its owner's.
     pub struct Named(usize);
 
     impl Named {
@@ -254,14 +261,16 @@ mod unix {
         }
     }
 
-    /// Ends children and removes all names, within a second, because the process is about to end. A signal handler may call
-    /// it: it allocates nothing, takes no lock, and makes only system calls that POSIX allows there.
+    /// Ends children and removes all names, within a second, because the process is about to end. A
+    /// signal handler may call it: it allocates nothing, takes no lock, and makes only system calls
+    /// that POSIX allows there.
     pub fn clear() {
         if ENDING.swap(true, SeqCst) {
             // Another thread is at it, and ends the process.
             wait_for_the_end();
         }
-        // What another thread is giving its name to, it may finish; a file system that hangs may not keep us.
+        // What another thread is giving its name to, it may finish; a file system that hangs may
+        // not keep us.
         for _ in 0..400 {
             if SHIELDED.load(SeqCst) == 0 {
                 break;
@@ -270,7 +279,8 @@ mod unix {
         }
         for slot in &CHILDREN {
             let id = slot.load(SeqCst);
-            // SAFETY: signals to a child of ours, which nobody has waited for: its number is still its own.
+            // SAFETY: signals to a child of ours, which nobody has waited for: its number is still
+            // its own.
             if id > 0 && unsafe { libc::kill(id, libc::SIGTERM) } == 0 {
                 for _ in 0..400 {
                     // SAFETY: as above; the status is not asked for.
@@ -327,7 +337,8 @@ mod unix {
             let _shield = Shield::up();
             let named = Named::new(&path, false)?;
             let file = OpenOptions::new().read(true).write(true).create_new(true).mode(0o666).open(&path)?;
-            // A file system without locks: the file is never taken for litter, since it cannot be locked then either.
+            // A file system without locks: the file is never taken for litter, since it cannot be
+            // locked then either.
             let _ = flock(&file, FlockOperation::NonBlockingLockExclusive);
             // Between its making and its lock another run may have taken it for litter.
             if is_at(&file, &path) {

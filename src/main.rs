@@ -7,13 +7,15 @@ fn main() -> ExitCode {
         // SAFETY: no other thread runs yet.
         unsafe { std::env::set_var(name, value) };
     };
-    // Mesa's layer that sorts Vulkan devices looks for a Wayland display, and complains on standard error where there is no
-    // session to have one. Devices are chosen by kind and name here, so that it is not missed.
+    // Mesa's layer that sorts Vulkan devices looks for a Wayland display, and complains on standard
+    // error where there is no session to have one. Devices are chosen by kind and name here, so
+    // that it is not missed.
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         set("NODEVICE_SELECT", "1");
     }
-    // Mesa keeps compiled shaders in many files and an index, which it maps and writes to: on a full disk that ends the
-    // process (SIGBUS). The database, its default from version 23 on, is written as any other file.
+    // Mesa keeps compiled shaders in many files and an index, which it maps and writes to: on a
+    // full disk that ends the process (SIGBUS). The database, its default from version 23 on, is
+    // written as any other file.
     let own = [
         "MESA_SHADER_CACHE_DISABLE",
         "MESA_DISK_CACHE_SINGLE_FILE",
@@ -28,8 +30,9 @@ fn main() -> ExitCode {
     planisphere::cli::main()
 }
 
-/// Standard streams that were closed when the process began: Rust's runtime opens `/dev/null` in their place before `main`,
-/// and data that go there would be lost without a word. So they are looked at before that.
+/// Standard streams that were closed when the process began: Rust's runtime opens `/dev/null` in
+/// their place before `main`, and data that go there would be lost without a word. So they are
+/// looked at before that.
 #[cfg(unix)]
 mod streams {
     use std::sync::atomic::{AtomicBool, Ordering::Relaxed};

@@ -1,8 +1,10 @@
-//! What happens around a picture: signals, limits, full and closed outputs; and kills and faults at random moments.
+//! What happens around a picture: signals, limits, full and closed outputs; and kills and faults at
+//! random moments.
 //!
-//! [`kills_and_faults`] runs `render`, `merge`, `make`, `view` and `bench`, and ends them or takes something away from them
-//! at random moments. Afterwards every file is the old one or the new one, whole; nothing else is left; exit codes are those
-//! of `--help`. `PLANISPHERE_FAULTS=500,200` sets how many kills and faults (60,40), `PLANISPHERE_SEED` repeats a run.
+//! [`kills_and_faults`] runs `render`, `merge`, `make`, `view` and `bench`, and ends them or takes
+//! something away from them at random moments. Afterwards every file is the old one or the new one,
+//! whole; nothing else is left; exit codes are those of `--help`. `PLANISPHERE_FAULTS=500,200` sets
+//! how many kills and faults (60,40), `PLANISPHERE_SEED` repeats a run.
 #![cfg(target_os = "linux")]
 
 use std::{
@@ -180,7 +182,8 @@ fn an_ignored_signal_stays_ignored() {
 fn what_a_killed_run_left_is_removed_and_nothing_else() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
-    // A name that no live run holds, as a kill between two system calls leaves it; one that a live run holds.
+    // A name that no live run holds, as a kill between two system calls leaves it; one that a live
+    // run holds.
     let boot = fs::read("/proc/sys/kernel/random/boot_id").unwrap();
     let tag = boot.iter().fold(0x811c_9dc5, |hash: u32, &b| (hash ^ u32::from(b)).wrapping_mul(0x0100_0193));
     let (dead, live) = (format!(".planisphere-{tag:08x}-0.tmp"), format!(".planisphere-{tag:08x}-1.tmp"));
@@ -262,7 +265,8 @@ fn a_pipe_that_does_not_block_is_waited_for() {
     assert!(bytes == fs::read(folder.path().join("a.npy")).unwrap(), "{} bytes", bytes.len());
 }
 
-/// Where a file must have a name from the beginning: without /proc none can be given one later. Needs root.
+/// Where a file must have a name from the beginning: without /proc none can be given one later.
+/// Needs root.
 #[test]
 fn named_temporary_files_are_removed() {
     let without = "exec unshare -m sh -c 'mount -t tmpfs x /proc && exec $P";
@@ -302,7 +306,8 @@ fn named_temporary_files_are_removed() {
     assert!(litter(folder.path()).is_empty());
 }
 
-/// Mesa's cache of shaders among the rest, which on a full disk can end the process. Needs root, for the disk.
+/// Mesa's cache of shaders among the rest, which on a full disk can end the process. Needs root,
+/// for the disk.
 #[test]
 fn a_full_disk_is_told_in_words() {
     if !shell(Path::new("/"), "unshare -m true").status.success() {
@@ -562,7 +567,8 @@ impl Trial {
         let what = format!("{command} ended by {name} after {delay:?} (round {round})");
         let mut child = self.start(&args);
         if command == "view" && self.random.below(3) > 0 {
-            // Screenshots, as soon as there is a window; then the end, while they are drawn and written.
+            // Screenshots, as soon as there is a window; then the end, while they are drawn and
+            // written.
             let press =
                 "w=$(xdotool search --sync --onlyvisible --name '^scene') && xdotool windowfocus --sync $w key s key s";
             let pressed =
@@ -656,7 +662,8 @@ impl Trial {
                 format!("chmod 777 . made; chmod 666 {names} 2>/dev/null; {nobody} prlimit --nproc={limit} $P {args}")
             }),
             _ => ("full disk", {
-                // A file system of its own on which everything is done, and which is looked at before it goes.
+                // A file system of its own on which everything is done, and which is looked at
+                // before it goes.
                 let size =
                     (self.jobs[place].old.values().map(Vec::len).sum::<usize>() as f64 * 2.0 * unit) as usize / 1024;
                 format!(

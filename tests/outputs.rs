@@ -1,7 +1,9 @@
-//! Outputs destroy nothing: every case is a shell's command line, run as a person runs it, in a folder of its own.
+//! Outputs destroy nothing: every case is a shell's command line, run as a person runs it, in a
+//! folder of its own.
 //!
-//! `$P` is the program. Each folder has `s.toml` (a scene), `n.toml` (one of the arrays `c.npy`, `r.npy`, `k.npy`), `p.npz`
-//! and `q.npz` (parts of `s.toml`), `want.png` (its picture), `ids.npy` (its ids), and nothing else.
+//! `$P` is the program. Each folder has `s.toml` (a scene), `n.toml` (one of the arrays `c.npy`,
+//! `r.npy`, `k.npy`), `p.npz` and `q.npz` (parts of `s.toml`), `want.png` (its picture), `ids.npy`
+//! (its ids), and nothing else.
 #![cfg(unix)]
 
 use std::{
@@ -76,8 +78,8 @@ fn shell(folder: &Path, script: &str) -> Output {
     command.stdin(Stdio::null()).output().expect("there is a shell")
 }
 
-/// A case: what is done, the exit code of its last command, words that must be said (on either stream), and what must hold
-/// afterwards.
+/// A case: what is done, the exit code of its last command, words that must be said (on either
+/// stream), and what must hold afterwards.
 struct Case(&'static str, i32, &'static [&'static str], &'static str);
 
 /// Whether the inputs are as they were, and no temporary file is left.
@@ -253,7 +255,8 @@ fn streams_are_written_to_where_they_stand() {
         ),
         Case("$P render s.toml -o none --stats > /dev/full", 4, &["standard output"], "true"),
         Case("$P --help > /dev/full", 4, &["standard output"], "true"),
-        // Standard output that nothing goes to may be closed; words go nowhere when standard error is.
+        // Standard output that nothing goes to may be closed; words go nowhere when standard error
+        // is.
         Case("$P render s.toml -o a.png >&-", 0, &[], "cmp a.png want.png"),
         Case("$P render s.toml -o a.png 2>&-", 0, &[], "cmp a.png want.png"),
         Case("$P render s.toml -o a.png <&- >&- 2>&-", 0, &[], "cmp a.png want.png"),

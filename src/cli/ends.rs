@@ -1,5 +1,6 @@
-//! All that a command reads and writes, held against each other before any work: no output may be an input, another output,
-//! or what a stream already holds. Files are told by what they are ([`Identity`]), not by what they are called.
+//! All that a command reads and writes, held against each other before any work: no output may be
+//! an input, another output, or what a stream already holds. Files are told by what they are
+//! ([`Identity`]), not by what they are called.
 
 use std::{
     collections::HashMap,
@@ -52,7 +53,8 @@ impl<'a> Ends<'a> {
         Self { outputs, text, inputs: HashMap::new() }
     }
 
-    /// Adds an input: a file, or `-` for standard input. One that is not there is for the loader to report.
+    /// Adds an input: a file, or `-` for standard input. One that is not there is for the loader to
+    /// report.
     pub fn reads(&mut self, path: &Path) {
         if path == Path::new("-") {
             if let Ok(found) = stream_identity(0) {

@@ -1,7 +1,8 @@
 //! `planisphere make`: writes the arrays and the scene file of a large example scene.
 //!
-//! Files of these names that are there are replaced only if they hold, to the byte, what this command writes: the scene file
-//! says with which arguments it was made, and making it again tells whether anything has been changed since.
+//! Files of these names that are there are replaced only if they hold, to the byte, what this
+//! command writes: the scene file says with which arguments it was made, and making it again tells
+//! whether anything has been changed since.
 
 use std::{
     fmt,

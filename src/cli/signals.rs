@@ -1,6 +1,7 @@
 //! Ends before their time: signals and panics. What must not be left behind is taken away first.
 
-/// Installs the handlers. Signals that whoever started the program has ignored (`nohup`) stay ignored.
+/// Installs the handlers. Signals that whoever started the program has ignored (`nohup`) stay
+/// ignored.
 pub(super) fn install() {
     #[cfg(unix)]
     unix::install();
@@ -40,15 +41,16 @@ mod unix {
         for signal in SIGNALS {
             handle(signal, end as *const () as usize);
         }
-        // A file beyond the limit (`ulimit -f`) is then an error of writing, in words. Ignored would do as well, but children
-        // would inherit that.
+        // A file beyond the limit (`ulimit -f`) is then an error of writing, in words. Ignored
+        // would do as well, but children would inherit that.
         handle(libc::SIGXFSZ, nothing as *const () as usize);
     }
 
     /// Sets a handler, unless the signal is ignored.
     fn handle(signal: libc::c_int, handler: usize) {
-        // SAFETY: all zero bytes are a valid `sigaction`; the pointers are to whole values; the handlers below make only
-        // system calls that POSIX allows in one. (They run on the thread's own stack: Rust's stack for signals is short.)
+        // SAFETY: all zero bytes are a valid `sigaction`; the pointers are to whole values; the
+        // handlers below make only system calls that POSIX allows in one. (They run on the thread's
+        // own stack: Rust's stack for signals is short.)
         unsafe {
             let mut old: libc::sigaction = mem::zeroed();
             if libc::sigaction(signal, ptr::null(), &raw mut old) != 0 || old.sa_sigaction == libc::SIG_IGN {
@@ -64,7 +66,8 @@ mod unix {
 
     extern "C" fn nothing(_: libc::c_int) {}
 
-    /// Ends the process by the signal, as if it had not been handled, so that whoever waits for it sees which it was.
+    /// Ends the process by the signal, as if it had not been handled, so that whoever waits for it
+    /// sees which it was.
     extern "C" fn end(signal: libc::c_int) {
         if litter::waits(signal) {
             return;

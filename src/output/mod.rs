@@ -1,8 +1,9 @@
 //! Files out: a whole file or none; standard output and other streams.
 //!
-//! What is written to a file goes to memory, and beyond a limit to a file without a name, and takes the target's name only
-//! when everything is there: a run that fails or is killed leaves what was there before. Streams are written to where they
-//! stand. A pipe whose reader has gone is success: the reader had enough.
+//! What is written to a file goes to memory, and beyond a limit to a file without a name, and takes
+//! the target's name only when everything is there: a run that fails or is killed leaves what was
+//! there before. Streams are written to where they stand. A pipe whose reader has gone is success:
+//! the reader had enough.
 
 mod place;
 mod stream;
@@ -24,7 +25,8 @@ use self::{
 };
 use crate::{identity::Identity, litter};
 
-/// Bytes that wait in memory. Most outputs are smaller: their temporary file lives for a moment only.
+/// Bytes that wait in memory. Most outputs are smaller: their temporary file lives for a moment
+/// only.
 const IN_MEMORY: usize = 64 << 20;
 
 /// Where output goes.
@@ -135,8 +137,9 @@ impl Target {
         self.place()?.check(path)
     }
 
-    /// Refuses a file whose ending stands for another format than what is to be written, such as `.png`. No ending is well;
-    /// so is any on a stream or a device. `option` and `what` are for the message.
+    /// Refuses a file whose ending stands for another format than what is to be written, such as
+    /// `.png`. No ending is well; so is any on a stream or a device. `option` and `what` are for
+    /// the message.
     ///
     /// # Errors
     /// When the ending is wrong, or the name leads nowhere.
@@ -177,7 +180,8 @@ impl Target {
         }
     }
 
-    /// Takes the bytes that `write` writes. Streams get them at once, a file when [`commit`] is called.
+    /// Takes the bytes that `write` writes. Streams get them at once, a file when [`commit`] is
+    /// called.
     ///
     /// # Errors
     /// When the system refuses.
@@ -228,7 +232,8 @@ enum Opened {
     Spool(Spool),
 }
 
-/// A name like this one, with the ending of what is written: in place of a format's, else after what is there.
+/// A name like this one, with the ending of what is written: in place of a format's, else after
+/// what is there.
 fn with_ending(target: &Path, found: &OsStr, ending: &str) -> PathBuf {
     const FORMATS: [&str; 30] = [
         "png", "npy", "npz", "svg", "jpg", "jpeg", "gif", "bmp", "tif", "tiff", "webp", "exr", "hdr", "ppm", "pgm",
@@ -441,11 +446,12 @@ impl Pieces {
     }
 }
 
-/// Gives every file its name, after all of them are whole: together or, short of a failing rename, not at all. What is
-/// worth saying comes back.
+/// Gives every file its name, after all of them are whole: together or, short of a failing rename,
+/// not at all. What is worth saying comes back.
 ///
-/// A file that replaces another lies on the disk before it takes the name, so that a crash of the machine leaves the one or
-/// the other. A new one is left to the system, which writes it out within seconds.
+/// A file that replaces another lies on the disk before it takes the name, so that a crash of the
+/// machine leaves the one or the other. A new one is left to the system, which writes it out within
+/// seconds.
 ///
 /// # Errors
 /// When the system refuses.
@@ -460,8 +466,8 @@ pub fn commit(staged: Vec<Staged>) -> Result<Vec<String>, OutputError> {
     whole::publish_all(files).map_err(|(place, error)| targets[place].io(error))
 }
 
-/// Gives a file the first of some names that no file has, all in the folder it was staged for, and returns it. Nothing is
-/// replaced, also not what another program writes at the same time.
+/// Gives a file the first of some names that no file has, all in the folder it was staged for, and
+/// returns it. Nothing is replaced, also not what another program writes at the same time.
 ///
 /// # Errors
 /// When the system refuses, or no name is free.

@@ -1,5 +1,5 @@
-//! Where a name leads: links followed to their end, descriptors of this process told from files, and what cannot be
-//! written found out before anything is drawn.
+//! Where a name leads: links followed to their end, descriptors of this process told from files,
+//! and what cannot be written found out before anything is drawn.
 
 use std::{
     fs, io,
@@ -61,7 +61,8 @@ impl Place {
                 return if data.is_file() { Ok(Self::File(path)) } else { device(path, &data) };
             }
             if canonical.starts_with("/proc") {
-                // Another process's descriptor: its link has no name that could be followed as text.
+                // Another process's descriptor: its link has no name that could be followed as
+                // text.
                 return Ok(Self::Device(path));
             }
             let link = fs::read_link(&path).map_err(named)?;
@@ -134,8 +135,8 @@ fn device(path: PathBuf, _: &fs::Metadata) -> Result<Place, OutputError> {
     Ok(Place::Device(path))
 }
 
-/// A file that is there must be writable, also where it could be replaced: who made it read-only wants to keep it. For a
-/// new one the folder must be writable.
+/// A file that is there must be writable, also where it could be replaced: who made it read-only
+/// wants to keep it. For a new one the folder must be writable.
 fn check_file(path: &Path, target: &Path) -> Result<(), OutputError> {
     match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {

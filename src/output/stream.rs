@@ -1,5 +1,5 @@
-//! Descriptors that the process was started with: standard output, standard error, and those that a shell opens
-//! (`3>file`). They are written to where they stand, and never closed.
+//! Descriptors that the process was started with: standard output, standard error, and those that a
+//! shell opens (`3>file`). They are written to where they stand, and never closed.
 
 use std::{
     fs::File,
@@ -10,12 +10,12 @@ use std::{
 use super::OutputError;
 use crate::identity::Identity;
 
-/// Bit k: descriptor k was closed when the process began. Rust's runtime then opens `/dev/null` in its place, so that later
-/// nothing shows it.
+/// Bit k: descriptor k was closed when the process began. Rust's runtime then opens `/dev/null` in
+/// its place, so that later nothing shows it.
 static CLOSED: AtomicU8 = AtomicU8::new(0);
 
-/// Tells which of standard input, output and error were closed when the process began. Only the program's first lines,
-/// before Rust's own start, can know.
+/// Tells which of standard input, output and error were closed when the process began. Only the
+/// program's first lines, before Rust's own start, can know.
 pub fn were_closed(streams: [bool; 3]) {
     let bits = (0..3).filter(|&k| streams[k]).map(|k| 1 << k).sum();
     CLOSED.store(bits, Relaxed);
@@ -60,7 +60,8 @@ fn borrowed<T>(number: i32, use_it: impl FnOnce(std::os::fd::BorrowedFd) -> T) -
     if number < 0 || unsafe { libc::fcntl(number, libc::F_GETFD) } == -1 {
         return None;
     }
-    // SAFETY: it is open, as just seen, and closed nowhere in this program before its end: it came from whoever started it.
+    // SAFETY: it is open, as just seen, and closed nowhere in this program before its end: it came
+    // from whoever started it.
     Some(use_it(unsafe { std::os::fd::BorrowedFd::borrow_raw(number) }))
 }
 
@@ -140,7 +141,8 @@ impl io::Write for Stream {
     }
 }
 
-/// Tells what the system has put off telling: some file systems say only when a file is closed that there was no room.
+/// Tells what the system has put off telling: some file systems say only when a file is closed that
+/// there was no room.
 ///
 /// # Errors
 /// The system's.

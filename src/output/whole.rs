@@ -1,9 +1,10 @@
 //! A file that takes its name when it is whole.
 //!
-//! Its bytes go into a file without a name where the system has such files (`O_TMPFILE`), else into a hidden one that
-//! [`crate::litter`] removes should the process end. The name is then moved onto it. An old file of that name gives it its
-//! permissions, owner, attributes; where it cannot, or where the name cannot be moved (a file that is a mount point, a
-//! folder without write permission), the old file itself is written, from bytes that are all there.
+//! Its bytes go into a file without a name where the system has such files (`O_TMPFILE`), else into
+//! a hidden one that [`crate::litter`] removes should the process end. The name is then moved onto
+//! it. An old file of that name gives it its permissions, owner, attributes; where it cannot, or
+//! where the name cannot be moved (a file that is a mount point, a folder without write
+//! permission), the old file itself is written, from bytes that are all there.
 
 use std::{
     fs::{self, File},
@@ -104,7 +105,8 @@ impl Scratch {
             if self.is_elsewhere() || is_mounted(path) || !dress(&self.file, old, path) {
                 in_place = Some(Old::open(path, self.file.metadata()?.len())?);
             } else {
-                // A crash of the machine must leave the old file or the new one, never an empty one.
+                // A crash of the machine must leave the old file or the new one, never an empty
+                // one.
                 self.file.sync_data()?;
             }
         }
@@ -227,7 +229,8 @@ impl Old {
     }
 
     fn write(&mut self, new: &mut File, length: u64) -> io::Result<()> {
-        // What is beyond the old end first: it is what may find no room, and is cut off again without a trace.
+        // What is beyond the old end first: it is what may find no room, and is cut off again
+        // without a trace.
         let from = self.length.min(length);
         for (start, count) in [(from, length - from), (0, from)] {
             new.seek(SeekFrom::Start(start))?;
@@ -266,7 +269,8 @@ fn links(_: &fs::Metadata) -> u64 {
     1
 }
 
-/// Gives a new file the permissions, owner and attributes of an old one. False when that is not allowed.
+/// Gives a new file the permissions, owner and attributes of an old one. False when that is not
+/// allowed.
 #[cfg(unix)]
 fn dress(new: &File, old: &fs::Metadata, path: &Path) -> bool {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
@@ -367,8 +371,8 @@ impl Scratch {
                     Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                     result => return result,
                 }
-                // A name cannot be moved onto a file without one: it is hidden for a moment. It is locked, so that
-                // another run does not take it for litter.
+                // A name cannot be moved onto a file without one: it is hidden for a moment. It is
+                // locked, so that another run does not take it for litter.
                 let _ = rustix::fs::flock(&self.file, rustix::fs::FlockOperation::NonBlockingLockExclusive);
                 let hidden = litter::name_in(folder_of(path));
                 self.link(&hidden)?;
@@ -412,7 +416,8 @@ impl Scratch {
 impl Drop for Scratch {
     fn drop(&mut self) {
         if let Name::Hidden { path, .. } = &self.name {
-            // After it was given its name, there is nothing here. What cannot be removed is swept by the next run.
+            // After it was given its name, there is nothing here. What cannot be removed is swept
+            // by the next run.
             let _ = fs::remove_file(path);
         }
     }
