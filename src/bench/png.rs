@@ -75,7 +75,13 @@ impl Way {
             Self::Rgb => write_png(&mut bytes, region, ids, paint)?,
             Self::CrateLevel1 => {
                 let compression = DeflateCompression::Level(1);
-                by_crate(&mut bytes, region, &paint.colors(ids).map_err(io::Error::other)?, compression, Filter::NoFilter)?;
+                by_crate(
+                    &mut bytes,
+                    region,
+                    &paint.colors(ids).map_err(io::Error::other)?,
+                    compression,
+                    Filter::NoFilter,
+                )?;
             }
             Self::CrateFastest => {
                 let compression = DeflateCompression::FdeflateUltraFast;

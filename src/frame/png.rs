@@ -47,7 +47,7 @@ pub enum PaletteError {
 pub fn write_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint) -> io::Result<()> {
     checked(paint, region, ids)?;
     let mut rows = PngRows::new(out, region, *paint)?;
-    rows.push(ids)?;
+    rows.take(ids)?;
     rows.finish()
 }
 
@@ -93,8 +93,13 @@ impl<'a, W: Write> PngRows<'a, W> {
     /// # Errors
     /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres, a row is not whole, or there are more
     /// rows than the region has.
-    pub fn push(&mut self, mut ids: &[i32]) -> io::Result<()> {
+    pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
         self.paint.check(ids).map_err(invalid)?;
+        self.take(ids)
+    }
+
+    /// As [`PngRows::push`]; the ids are known to be the scene's.
+    fn take(&mut self, mut ids: &[i32]) -> io::Result<()> {
         let (rows, width) = (ids.len() / self.width, self.width);
         if !ids.len().is_multiple_of(width) {
             return Err(invalid(format!("{} ids are no whole rows of {width} pixels", ids.len())));
@@ -376,7 +381,8 @@ mod tests {
                     let rows = rows.chunks_exact(3 * width as usize + 1);
                     assert_eq!(rows.len(), height as usize);
                     assert!(rows.zip(ids.chunks_exact(width as usize)).all(|(row, ids)| {
-                        row[0] == 0 && row[1..].as_chunks::<3>().0.iter().zip(ids).all(|(p, &id)| Some(*p) == paint.color(id))
+                        row[0] == 0
+                            && row[1..].as_chunks::<3>().0.iter().zip(ids).all(|(p, &id)| Some(*p) == paint.color(id))
                     }));
                 }
             }
@@ -491,7 +497,10 @@ mod tests {
             let error = write_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{error}");
             let error = write_palette_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
-            assert!(matches!(&error, PaletteError::Io(error) if error.kind() == io::ErrorKind::InvalidInput), "{error}");
+            assert!(
+                matches!(&error, PaletteError::Io(error) if error.kind() == io::ErrorKind::InvalidInput),
+                "{error}"
+            );
         }
         let rows = || PngRows::new(Vec::new(), region, paint).unwrap();
         for (ids, words) in [(&[0, 2][..], "id 2"), (&[0, 1, 0], "whole rows"), (&[0; 6], "3 rows come where 2")] {
