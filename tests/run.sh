@@ -75,22 +75,20 @@ else
     elsewhere
 fi
 
-# Unpacks SwiftShader into a folder. A download is 31 MB, and is kept for the next time.
+# Unpacks SwiftShader into a folder, for good: a download is 31 MB.
 unpack_swiftshader() {
     local folder=$1 work files=(libvk_swiftshader.so vk_swiftshader_icd.json)
     [[ -e "$folder/${files[0]}" && -e "$folder/${files[1]}" ]] && return
     say "fetching SwiftShader, a second Vulkan driver, from Debian's chromium-common"
-    mkdir -p "$folder"
-    work=$(mktemp -d "$folder/download.XXXXXX")
-    # A package list may be too old to have the package, or name a version that has gone.
+    mkdir -p "$folder" && work=$(mktemp -d "$folder/download.XXXXXX") || return
+    # The lists may be too old to have the package, or name a version that has gone.
     if ! (cd "$work" && apt-get download chromium-common >/dev/null 2>&1); then
         as_root apt-get update --quiet || say "apt-get update failed; trying with the lists that are there"
-        (cd "$work" && apt-get download chromium-common)
+        (cd "$work" && apt-get download chromium-common) || return
     fi
     dpkg-deb --fsys-tarfile "$work"/chromium-common_*.deb |
-        tar --extract --directory "$work" --strip-components=4 "${files[@]/#/./usr/lib/chromium/}"
-    mv "${files[@]/#/$work/}" "$folder"
-    rm -r "$work"
+        tar --extract --directory "$work" --strip-components=4 "${files[@]/#/./usr/lib/chromium/}" || return
+    mv "$work/${files[0]}" "$work/${files[1]}" "$folder" && rm -r "$work"
 }
 
 # The second driver's file, in `second`; empty if it is left out.
@@ -102,6 +100,7 @@ find_second() {
         second=
     elif [[ -n "$second" ]]; then
         [[ -e "$second" ]] || { say "PLANISPHERE_SECOND_DRIVER: there is no $second"; return 1; }
+        second=$(realpath "$second")
     elif [[ -e /etc/debian_version ]] && grep --quiet '^ID=debian$' /etc/os-release; then
         unpack_swiftshader "$folder" || {
             say "SwiftShader cannot be had: see above. PLANISPHERE_SECOND_DRIVER=FILE names another driver's .json,"
