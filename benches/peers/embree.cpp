@@ -328,41 +328,53 @@ struct Calls<RTCRayHit8> {
 
 template <typename Packet>
 void draw(RTCScene scene, const View& view, std::vector<int32_t>& ids) {
-    constexpr unsigned across = Calls<Packet>::across, down = Calls<Packet>::down, lanes = across * down;
-    const unsigned pixels = view.pixels;
-    tbb::parallel_for(tbb::blocked_range2d<unsigned>(0, (pixels + 31) / 32, 1, 0, (pixels + 31) / 32, 1), [&](const auto& tiles) {
+    constexpr unsigned across = Calls<Packet>::across, down = Calls<Packet>::down, lanes = across * down, tile = 32;
+    const unsigned pixels = view.pixels, tiles = (pixels + tile - 1) / tile;
+    // What is the same in all packets: where each lane's ray begins from the first one's, and most of a ray.
+    alignas(64) double off[3][lanes];
+    Packet blank;
+    for (unsigned k = 0; k < lanes; ++k) {
+        const double right = (k % across) * view.pitch, up = -static_cast<double>(k / across) * view.pitch;
+        const Vec place = right * view.right + up * view.up;
+        off[0][k] = place.x, off[1][k] = place.y, off[2][k] = place.z;
+        blank.ray.dir_x[k] = static_cast<float>(view.forward.x);
+        blank.ray.dir_y[k] = static_cast<float>(view.forward.y);
+        blank.ray.dir_z[k] = static_cast<float>(view.forward.z);
+        blank.ray.tnear[k] = 0;
+        blank.ray.tfar[k] = std::numeric_limits<float>::infinity();
+        blank.ray.time[k] = 0;
+        blank.ray.mask[k] = ~0u;
+        blank.ray.id[k] = k;
+        blank.ray.flags[k] = 0;
+        blank.hit.primID[k] = ~0u;
+        blank.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+    }
+    tbb::parallel_for(tbb::blocked_range2d<unsigned>(0, tiles, 1, 0, tiles, 1), [&](const auto& range) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-        for (unsigned y = tiles.rows().begin() * 32; y < std::min(pixels, tiles.rows().end() * 32); y += down) {
-            for (unsigned x = tiles.cols().begin() * 32; x < std::min(pixels, tiles.cols().end() * 32); x += across) {
-                alignas(64) Packet packet;
-                alignas(64) int valid[lanes];
+        alignas(64) Packet packet = blank;
+        alignas(64) int valid[lanes];
+        for (unsigned y = range.rows().begin() * tile; y < std::min(pixels, range.rows().end() * tile); y += down) {
+            for (unsigned x = range.cols().begin() * tile; x < std::min(pixels, range.cols().end() * tile); x += across) {
+                const double sx = (x + 0.5 - 0.5 * pixels) * view.pitch, sy = (0.5 * pixels - y - 0.5) * view.pitch;
+                const Vec from = view.origin + sx * view.right + sy * view.up;
                 for (unsigned k = 0; k < lanes; ++k) {
-                    const unsigned i = x + k % across, j = y + k / across;
-                    valid[k] = i < pixels && j < pixels ? -1 : 0;
-                    const double sx = (i + 0.5 - 0.5 * pixels) * view.pitch, sy = (0.5 * pixels - j - 0.5) * view.pitch;
-                    const Vec from = view.origin + sx * view.right + sy * view.up;
-                    packet.ray.org_x[k] = static_cast<float>(from.x);
-                    packet.ray.org_y[k] = static_cast<float>(from.y);
-                    packet.ray.org_z[k] = static_cast<float>(from.z);
-                    packet.ray.dir_x[k] = static_cast<float>(view.forward.x);
-                    packet.ray.dir_y[k] = static_cast<float>(view.forward.y);
-                    packet.ray.dir_z[k] = static_cast<float>(view.forward.z);
-                    packet.ray.tnear[k] = 0;
+                    packet.ray.org_x[k] = static_cast<float>(from.x + off[0][k]);
+                    packet.ray.org_y[k] = static_cast<float>(from.y + off[1][k]);
+                    packet.ray.org_z[k] = static_cast<float>(from.z + off[2][k]);
+                }
+                for (unsigned k = 0; k < lanes; ++k) {
                     packet.ray.tfar[k] = std::numeric_limits<float>::infinity();
-                    packet.ray.time[k] = 0;
-                    packet.ray.mask[k] = ~0u;
-                    packet.ray.id[k] = k;
-                    packet.ray.flags[k] = 0;
+                    packet.hit.primID[k] = ~0u;
                     packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+                    valid[k] = x + k % across < pixels && y + k / across < pixels ? -1 : 0;
                 }
                 Calls<Packet>::trace(valid, scene, &context, &packet);
-                for (unsigned k = 0; k < lanes; ++k) {
-                    const unsigned i = x + k % across, j = y + k / across;
-                    if (!valid[k]) continue;
-                    const bool hit = packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
-                    ids[static_cast<size_t>(j) * pixels + i] = hit ? static_cast<int32_t>(packet.hit.primID[k]) : -1;
+                // No sphere is ~0u, which is -1.
+                for (unsigned row = 0; row < std::min(down, pixels - y); ++row) {
+                    int32_t* to = ids.data() + static_cast<size_t>(y + row) * pixels + x;
+                    std::memcpy(to, packet.hit.primID + row * across, 4 * std::min(across, pixels - x));
                 }
             }
         }
