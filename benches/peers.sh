@@ -7,7 +7,11 @@
 #   benches/peers.sh --runs 9 --frames 9  more repetitions
 #
 # The scene: equal spheres at random places in a unit cube, 7 % of its volume, seen obliquely by parallel rays, 1024 x 1024.
-# Embree 3 (its sphere points, ray packets, all cores; benches/peers/embree.cpp) writes the id array as planisphere does.
+# Embree 3 (ray packets marked as coherent, all cores; benches/peers/embree.cpp) writes the id array as planisphere does. It is
+# given the spheres in three ways, each built in low and in medium quality:
+#   points   its own sphere points: the usual way, and the slowest
+#   spheres  one user geometry with a primitive for each sphere, and a callback of 16 rays at once (AVX-512; 8 with AVX2)
+#   groups   one user geometry with a primitive for each 8 neighbours along a Morton curve, and the same callback
 # Tachyon and POV-Ray cannot: they read a scene text and write an uncompressed picture, without shading or shadows.
 #
 # On Debian and Ubuntu the others come by
@@ -27,7 +31,7 @@ side=1024 width=1.9
 origin=(10.5 10.5 8.0) view=(-1 -1 -0.75) up=(0 0 1)
 
 usage() {
-    sed -n '2,20s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+    sed -n '2,/^set /{/^set /d; s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
 }
 
 whole() {
@@ -123,14 +127,19 @@ our_frame() {
         sed 's/.*"moved":{"wall":{"median":\([0-9.e+-]*\)[^}]*},"cpu":{"median":\([0-9.e+-]*\).*/\1 \2/'
 }
 
+# How the spheres are given, build quality, ids, frames.
 embree_arguments() {
-    echo "$folder/centers.npy $r ${origin[*]} ${view[*]} ${up[*]} $width $side $1 $2 $3"
+    echo "$folder/centers.npy $r ${origin[*]} ${view[*]} ${up[*]} $width $side $1 $2 $3 $4"
 }
 
-# The median of a column of the frames.
+# The median of a column of the frames, against one way to give the spheres.
 column() {
-    awk -v k="$1" '{ print $k }' "$folder/frames" | sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'
+    awk -v k="$2" '{ print $k }' "$folder/frames.$1" | sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'
 }
+
+printf '%s; %s, %s processors; load %s; medians of %s rounds, of %s frames each\n' "$(date '+%-d %B %Y')" \
+    "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" "$(nproc)" "$(cut -d ' ' -f 1-3 /proc/loadavg)" "$runs" "$frames"
+printf 'Embree user geometry is tested for %s rays at once\n' "$(grep -q -m 1 avx512f /proc/cpuinfo && echo 16 || echo 8)"
 
 for ((count = 1000; count <= most; count *= 10)); do
     "$ours" make cloud "$folder" --count "$count" 2>/dev/null
@@ -146,10 +155,12 @@ for ((count = 1000; count <= most; count *= 10)); do
     names=planisphere
     commands=("$ours" render "$folder/peer.toml" -o none --ids "$folder/ours.npy" --device cpu)
     if [[ -n "$embree" ]]; then
-        for quality in low medium; do
-            names+=",Embree ($quality build)"
-            read -ra arguments <<<"$(embree_arguments "$quality" "$folder/embree.npy" 0)"
-            commands+=(::: "$embree" "${arguments[@]}")
+        for given in points spheres groups; do
+            for quality in low medium; do
+                names+=",Embree $given ($quality build)"
+                read -ra arguments <<<"$(embree_arguments "$given" "$quality" "$folder/embree.npy" 0)"
+                commands+=(::: "$embree" "${arguments[@]}")
+            done
         done
     fi
     if [[ -n "$tachyon" ]]; then
@@ -173,17 +184,25 @@ for ((count = 1000; count <= most; count *= 10)); do
     "$ours" bench time --runs "$runs" --names "$names" -- "${commands[@]}"
 
     if [[ -n "$embree" ]]; then
-        read -ra arguments <<<"$(embree_arguments medium "$folder/embree.npy" 0)"
-        printf 'Embree against planisphere: %s\n' "$("$embree" "${arguments[@]}" "$folder/ours.npy")"
-        : >"$folder/frames"
+        for given in points spheres groups; do
+            read -ra arguments <<<"$(embree_arguments "$given" medium "$folder/embree.npy" 0)"
+            printf 'Embree %s against the exact ids: %s\n' "$given" "$("$embree" "${arguments[@]}" "$folder/ours.npy")"
+        done
+        rm -f "$folder"/frames.*
         for ((round = 0; round < runs; round++)); do
             a=$(our_frame)
-            read -ra arguments <<<"$(embree_arguments medium "$folder/embree.npy" "$frames")"
-            b=$("$embree" "${arguments[@]}" | sed -n 's/^frame_ms //p')
-            # Wall and processor time of ours, then of theirs, and both ratios.
-            echo "$a $b" | awk '{ print $1, $2, $3, $4, $3 / $1, $4 / $2 }' >>"$folder/frames"
+            for given in points spheres groups; do
+                read -ra arguments <<<"$(embree_arguments "$given" medium "$folder/embree.npy" "$frames")"
+                b=$("$embree" "${arguments[@]}" | sed -n 's/^frame_ms //p')
+                # Wall and processor time of ours, then of theirs, and both ratios.
+                echo "$a $b" | awk '{ print $1, $2, $3, $4, $3 / $1, $4 / $2 }' >>"$folder/frames.$given"
+            done
         done
-        printf '%s spheres, a frame after the camera has moved, wall (cpu) ms: planisphere %.2f (%.2f), Embree %.2f (%.2f), ratio %.2f (%.2f)\n' \
-            "$count" "$(column 1)" "$(column 2)" "$(column 3)" "$(column 4)" "$(column 5)" "$(column 6)"
+        printf '%s spheres, a frame after the camera has moved, wall (cpu) ms\n' "$count"
+        printf '  %-14s %8.2f (%.2f)\n' planisphere "$(column points 1)" "$(column points 2)"
+        for given in points spheres groups; do
+            printf '  %-14s %8.2f (%.2f), ratio %.2f (%.2f)\n' "Embree $given" "$(column "$given" 3)" "$(column "$given" 4)" \
+                "$(column "$given" 5)" "$(column "$given" 6)"
+        done
     fi
 done

@@ -125,6 +125,8 @@ pub struct Facts {
     pub held: usize,
     /// Whether a PNG is asked for.
     pub picture: bool,
+    /// Whether that has a palette: the ids of all pixels wait for the last.
+    pub palette: bool,
     /// Whether ids are.
     pub ids: bool,
     /// Whether depths are.
@@ -142,7 +144,9 @@ pub fn memory(facts: &Facts) -> u64 {
     let entries = facts.survey.entries.min(facts.wave[0] as u64) * facts.wave[1] as u64;
     // The program, its threads, an encoder's buffers, and bytes that wait in memory to be written.
     let base = 32 << 20;
-    let planes = pixels * (4 + 4 * u64::from(facts.depth)) + u64::from(facts.visibility) * ((16 << 20) + spheres / 8);
+    let waiting = if facts.palette { facts.region.pixels() as u64 - pixels } else { 0 };
+    let ids = 4 * (pixels + waiting);
+    let planes = ids + 4 * pixels * u64::from(facts.depth) + u64::from(facts.visibility) * ((16 << 20) + spheres / 8);
     let device = match facts.engine {
         // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes several turns.
         Engine::Cpu { sampled, .. } => {
@@ -206,9 +210,9 @@ pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
     }
     lines.push(("planes", planes(facts)));
     if facts.picture {
-        let kind = match region.pixels() <= facts.held {
-            true => "palette of up to 256 colours if no more are seen, else RGB; never alpha",
-            false => "RGB, written row by row: the picture is too large to wait for all of its colours",
+        let kind = match facts.palette {
+            true => "a palette, if at most 256 colours are seen: all ids wait until the last is known",
+            false => "RGB, 8 bits a channel",
         };
         lines.push(("PNG", kind.into()));
     }
@@ -319,6 +323,7 @@ mod tests {
             band: 1 << 22,
             held: 1 << 25,
             picture: true,
+            palette: false,
             ids: false,
             depth: false,
             visibility: false,
@@ -343,7 +348,11 @@ mod tests {
                 ],
                 &["about 150", "bands", "waves", "of which"],
             ),
-            (|_| {}, &["12 of them with no sphere", "150 entries", "all at once", "palette", "no sample first"], &[]),
+            (
+                |_| {},
+                &["12 of them with no sphere", "150 entries", "all at once", "RGB, 8 bits", "no sample first"],
+                &[],
+            ),
             (|_| {}, &["picture; not asked for: ids, depths, what merging needs"], &[]),
             (|f| f.spheres = 0, &["none: nothing is projected"], &["rays", "clip", "tiles", "lists"]),
             (|f| f.survey.outside = 40, &["40 are off screen"], &["about 40", "none is skipped"]),
@@ -362,7 +371,7 @@ mod tests {
             (|f| f.survey.reaches = [false, true], &["may reach far (inf)"], &[]),
             (|f| f.survey.entries = 3 << 20, &["in up to 3 waves"], &["all at once"]),
             (|f| f.band = 100_000, &["in 5 bands"], &[]),
-            (|f| f.held = 100_000, &["RGB, written row by row"], &["palette"]),
+            (|f| f.palette = true, &["a palette, if at most 256"], &["RGB"]),
             (|f| f.picture = false, &["none; not asked for: picture, ids"], &["PNG"]),
             (
                 |f| (f.ids, f.depth, f.visibility) = (true, true, true),

@@ -9,7 +9,10 @@ use crate::{
     bins::Met,
     camera::{Region, View, ViewError},
     cpu::Cpu,
-    gpu::Gpu,
+    gpu::{
+        Gpu,
+        adapters::{self, PassedOver},
+    },
     scene::Scene,
 };
 
@@ -203,19 +206,60 @@ pub enum Device {
     Gpu(Box<Gpu>),
 }
 
+/// A device that was opened, and why this one.
+pub struct Opened {
+    /// The device.
+    pub device: Device,
+    /// Why it was taken, in words: as asked for, or what `Auto` found, or which hardware could not be used.
+    pub why: String,
+    /// Adapters that were looked at before and not taken.
+    pub passed_over: Vec<PassedOver>,
+}
+
+impl Opened {
+    /// Whether people should be told: the choice was left to us, or hardware was passed over.
+    #[must_use]
+    pub fn is_news(&self, choice: &DeviceChoice) -> bool {
+        *choice == DeviceChoice::Auto || self.why != AS_ASKED
+    }
+}
+
+/// Why a device was taken that was asked for.
+const AS_ASKED: &str = "as asked for";
+
 impl Device {
     /// Opens a device.
     ///
     /// # Errors
     /// When none fits.
     pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+        Self::open_telling(choice).map(|opened| opened.device)
+    }
+
+    /// Opens a device, and tells why this one.
+    ///
+    /// # Errors
+    /// When none fits.
+    pub fn open_telling(choice: &DeviceChoice) -> Result<Opened, DeviceError> {
+        let cpu = || Self::Cpu(Box::default());
+        let drivers = adapters::named_drivers();
         match choice {
-            DeviceChoice::Cpu => Ok(Self::Cpu(Box::default())),
-            DeviceChoice::Auto if !crate::gpu::adapters::may_have_hardware() => Ok(Self::Cpu(Box::default())),
-            DeviceChoice::Auto => {
-                Ok(Gpu::open(choice).map_or_else(|_| Self::Cpu(Box::default()), |gpu| Self::Gpu(Box::new(gpu))))
+            DeviceChoice::Cpu => Ok(Opened { device: cpu(), why: AS_ASKED.into(), passed_over: Vec::new() }),
+            DeviceChoice::Auto if !adapters::may_have_hardware() => {
+                Ok(Opened { device: cpu(), why: adapters::why_auto(false, &[], &[], None), passed_over: Vec::new() })
             }
-            DeviceChoice::Gpu | DeviceChoice::Named(_) => Ok(Self::Gpu(Box::new(Gpu::open(choice)?))),
+            DeviceChoice::Auto => {
+                let (gpu, passed_over) = Gpu::open_telling(choice);
+                let nodes = if gpu.is_none() { adapters::nodes() } else { Vec::new() };
+                let why = adapters::why_auto(gpu.is_some(), &passed_over, &nodes, drivers.as_deref());
+                Ok(Opened { device: gpu.map_or_else(cpu, |gpu| Self::Gpu(Box::new(gpu))), why, passed_over })
+            }
+            DeviceChoice::Gpu | DeviceChoice::Named(_) => {
+                let (gpu, passed_over) = Gpu::open_telling(choice);
+                let Some(gpu) = gpu else { return Err(adapters::none(choice, &passed_over, drivers.as_deref())) };
+                let why = adapters::why_asked(&passed_over).unwrap_or_else(|| AS_ASKED.into());
+                Ok(Opened { device: Self::Gpu(Box::new(gpu)), why, passed_over })
+            }
         }
     }
 

@@ -51,6 +51,30 @@ fn speed_of_the_small_matrix() {
 }
 
 #[test]
+fn png_of_two_scenes() {
+    let report = json(&["png", "perspective.toml", "first.toml", "--runs", "1", "--json"]);
+    let rows = report["rows"].as_array().expect("rows");
+    let of = |picture: &str| rows.iter().filter(|row| row["picture"] == picture).collect::<Vec<_>>();
+    // Few colours have a palette; many have none, and are brought to fewer.
+    for (picture, palette) in
+        [("perspective.toml", true), ("first.toml", false), ("first.toml, at most 256 colours", true)]
+    {
+        let rows = of(picture);
+        assert_eq!(rows.len(), if palette { 4 } else { 3 }, "{picture}");
+        assert_eq!(rows.iter().any(|row| row["way"] == "palette"), palette, "{picture}");
+        for row in rows {
+            assert!(figure(row, "/bytes") > 0.0 && figure(row, "/wall/median") > 0.0, "{row}");
+            assert!(!palette || figure(row, "/wall_over_palette/median") > 0.0, "{row}");
+            // Beside the palette's file the RGB one is not much larger.
+            assert!(!palette || row["way"] != "rgb" || figure(row, "/bytes_over_palette") < 1.5, "{row}");
+        }
+    }
+    assert_eq!(rows.len(), 11);
+    let text = bench(&["png", "perspective.toml", "--runs", "1"]);
+    assert!(String::from_utf8_lossy(&text.stdout).contains("RGB, png crate, level 1"));
+}
+
+#[test]
 fn speed_of_one_scene() {
     let args =
         ["speed", "--scene", "perspective.toml", "--device", "cpu", "--size", "64x48", "--frames", "1", "--runs", "0"];

@@ -367,11 +367,16 @@ fn explain_says_what_would_run_and_draws_nothing() {
         String::from_utf8(output.stdout).unwrap()
     };
     let text = explain(&["--device", "cpu"]);
-    for words in
-        ["40 x 30 pixels", "cpu, as asked for", "no tests: no sphere reaches near (0)", "not asked for: ids", "palette"]
-    {
+    for words in [
+        "40 x 30 pixels",
+        "cpu, as asked for",
+        "no tests: no sphere reaches near (0)",
+        "not asked for: ids",
+        "RGB, 8 bits",
+    ] {
         assert!(text.contains(words), "{text}");
     }
+    assert!(explain(&["--palette"]).contains("a palette, if at most 256"));
     assert!(explain(&["--device", "gpu", "--ids", "i.npy"]).contains("one buffer"));
     assert!(explain(&["--region", "1,2,30,20", "-o", "none", "--ids", "i.npy"]).contains("30 x 20 from 1,2"));
     assert!(explain(&[]).contains("--device chooses another"));

@@ -79,6 +79,18 @@ fn reference(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
     ids
 }
 
+/// The driver that `tests/run.sh` means, by the name in `PLANISPHERE_EXPECT_ADAPTER`: a loader that cannot load one takes
+/// another without a word.
+#[test]
+fn the_adapter_is_the_expected_one() {
+    let name = gpu().description();
+    match std::env::var("PLANISPHERE_EXPECT_ADAPTER") {
+        Ok(part) => assert!(name.contains(&part), "the GPU is {name}, not {part}"),
+        Err(_) => assert!(!name.is_empty(), "every adapter has a name"),
+    }
+    println!("GPU tests run on {name}");
+}
+
 fn gpu() -> Gpu {
     Gpu::open(&DeviceChoice::Gpu).unwrap_or_else(|error| panic!("{error}"))
 }

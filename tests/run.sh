@@ -6,6 +6,11 @@
 #   PLANISPHERE_FAULTS=500,200 tests/run.sh --test faults -- kills_and_faults --nocapture
 #                                     more kills and faults at random moments than the 60 and 40 of every run
 #
+# What draws on a GPU is tested on two drivers, whose compilers share nothing: the one that is there (lavapipe, where there is
+# no hardware), and then SwiftShader. That comes from Debian's chromium-common, of which two files are unpacked into the
+# target folder, and nothing is installed. Elsewhere PLANISPHERE_SECOND_DRIVER names the driver's file, such as
+# /opt/swiftshader/vk_swiftshader_icd.json; `none` leaves the second driver out. With arguments only the first is tested.
+#
 # Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, and
 # the libraries that the window loads when it opens under X. On Debian and Ubuntu what is missing is installed, with sudo
 # if need be; elsewhere this script says what is missing and stops. No test is ever skipped for lack of something.
@@ -72,8 +77,67 @@ else
     elsewhere
 fi
 
+# Unpacks SwiftShader into a folder, for good: a download is 31 MB.
+unpack_swiftshader() {
+    local folder=$1 work files=(libvk_swiftshader.so vk_swiftshader_icd.json)
+    [[ -e "$folder/${files[0]}" && -e "$folder/${files[1]}" ]] && return
+    say "fetching SwiftShader, a second Vulkan driver, from Debian's chromium-common"
+    mkdir -p "$folder" && work=$(mktemp -d "$folder/download.XXXXXX") || return
+    # The lists may be too old to have the package, or name a version that has gone.
+    if ! (cd "$work" && apt-get download chromium-common >/dev/null 2>&1); then
+        as_root apt-get update --quiet || say "apt-get update failed; trying with the lists that are there"
+        (cd "$work" && apt-get download chromium-common) || return
+    fi
+    dpkg-deb --fsys-tarfile "$work"/chromium-common_*.deb |
+        tar --extract --directory "$work" --strip-components=4 "${files[@]/#/./usr/lib/chromium/}" || return
+    mv "$work/${files[0]}" "$work/${files[1]}" "$folder" && rm -r "$work"
+}
+
+# The second driver's file, in `second`; empty if it is left out.
+find_second() {
+    local folder=${CARGO_TARGET_DIR:-target}/swiftshader
+    second=${PLANISPHERE_SECOND_DRIVER:-}
+    if [[ "$second" == none ]]; then
+        say "PLANISPHERE_SECOND_DRIVER=none: what draws on a GPU is tested on ONE driver only"
+        second=
+    elif [[ -n "$second" ]]; then
+        [[ -e "$second" ]] || { say "PLANISPHERE_SECOND_DRIVER: there is no $second"; return 1; }
+        second=$(realpath "$second")
+    elif [[ -e /etc/debian_version ]] && grep --quiet '^ID=debian$' /etc/os-release; then
+        unpack_swiftshader "$folder" || {
+            say "SwiftShader cannot be had: see above. PLANISPHERE_SECOND_DRIVER=FILE names another driver's .json,"
+            say "PLANISPHERE_SECOND_DRIVER=none leaves the second driver out."
+            return 1
+        }
+        second=$(realpath "$folder/vk_swiftshader_icd.json")
+    else
+        say "missing: a second Vulkan driver. Set PLANISPHERE_SECOND_DRIVER to the .json file of SwiftShader (Chromium and"
+        say "Chrome come with it: vk_swiftshader_icd.json), or to none, which leaves the second driver out."
+        return 1
+    fi
+}
+
+second=
+(($# > 0)) || find_second
+
+failed=0
+
 # All of them, also after one has failed.
-cargo test --release --all-features --locked --no-fail-fast "$@"
+cargo test --release --all-features --locked --no-fail-fast "$@" || failed=1
+
+# What draws on a GPU, once more. The expected name keeps the loader from quietly taking another driver.
+if [[ -n "$second" ]]; then
+    on_second() {
+        VK_DRIVER_FILES=$second PLANISPHERE_EXPECT_ADAPTER=${PLANISPHERE_EXPECT_ADAPTER:-SwiftShader} \
+            cargo test --release --all-features --locked --no-fail-fast "$@" || failed=1
+    }
+    say "once more, on the driver of $second"
+    on_second --test gpu
+    # The goldens; corpus and fuzz; the emulator of what a device may do; parts; a window.
+    on_second --test golden --test exactness --test adversary --test merge --test window -- \
+        gpu the_emulator_is_the_device pictures_in_parts_are_the_whole
+fi
+((failed == 0))
 
 # The crate without its window, as on a machine that has no use for one.
 cargo check --release --locked --no-default-features

@@ -103,11 +103,19 @@ pub(super) struct RenderArgs {
 
     /// PNG to write: a file, - for standard output, or none for no picture
     ///
-    /// The default is the scene's name with .png, in the current folder. The file appears when it is complete: a run that
-    /// fails or is killed leaves what was there before. A file that is there keeps its permissions and its owner. Names
-    /// such as /dev/stdout and /dev/fd/3 are written to where they stand.
+    /// The default is the scene's name with .png, in the current folder. It is RGB, 8 bits a channel.
+    /// The file appears when it is complete: a run that fails or is killed leaves what was there before.
+    /// A file that is there keeps its permissions and its owner. Names such as /dev/stdout and /dev/fd/3
+    /// are written to where they stand.
     #[arg(short, long, value_name = "OUT", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
+
+    /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
+    ///
+    /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read the indices of a palette
+    /// as if they were the picture: the default is RGB, 8 bits a channel, which all read alike.
+    #[arg(long)]
+    palette: bool,
 
     /// Size of the image in pixels, instead of the scene file's
     ///
@@ -163,6 +171,8 @@ const MAX_FIRST: u64 = 1 << 62;
 pub(super) struct Outputs {
     /// The colours, as PNG.
     pub picture: Option<Target>,
+    /// Whether that has a palette.
+    pub palette: bool,
     /// The indices of the spheres, as `.npy`.
     pub ids: Option<Target>,
     /// The distances, as `.npy`.
@@ -181,6 +191,11 @@ impl Outputs {
                 _ => ("an array", "npy"),
             };
             target.check_ending(option, what, ending)?;
+        }
+        if self.palette && self.picture.is_none() {
+            return Err(Failure::Usage(
+                "--palette says how the picture is written, and -o none writes none; leave out one of them".into(),
+            ));
         }
         if self.named().is_empty() && !text {
             return Err(Failure::Usage(
@@ -208,6 +223,13 @@ pub(super) struct MergeArgs {
     /// PNG to write: a file, - for standard output, or none for no picture
     #[arg(short, long, value_name = "OUT", default_value = "merged.png", value_hint = clap::ValueHint::FilePath)]
     output: PathBuf,
+
+    /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
+    ///
+    /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read the indices of a palette
+    /// as if they were the picture: the default is RGB, 8 bits a channel, which all read alike.
+    #[arg(long)]
+    palette: bool,
 
     /// Merge only a part of the image, which the parts must cover: column and row of its top left pixel, and its size
     ///
@@ -250,7 +272,7 @@ impl MergeArgs {
         let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
         let picture = (self.output != Path::new("none")).then(|| Target::from_arg(&self.output));
         let (ids, depth, visibility) = (target(self.ids), target(self.depth), target(self.visibility));
-        let outputs = Outputs { picture, ids, depth, visibility }.checked(self.stats)?;
+        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }.checked(self.stats)?;
         Ok(MergeRequest { parts: self.parts, outputs, region: self.region, stats: self.stats })
     }
 }
@@ -285,7 +307,7 @@ impl RenderArgs {
         };
         let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
         let (ids, depth, visibility) = (target(self.ids), target(self.depth), target(self.visibility));
-        let outputs = Outputs { picture, ids, depth, visibility }.checked(self.stats)?;
+        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }.checked(self.stats)?;
         let Self { scene, first_index, explain, size, region, device, stats, .. } = self;
         Ok(RenderRequest { scene, outputs, first_index, explain, size, region, device, stats })
     }

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     bench::{
-        accuracy, plot,
+        accuracy, plot, png,
         process::{self, Cost},
         scenes::{Kind, Made, Recipe},
         speed::{self, BenchError, Contender, Settings, TimedRun},
@@ -39,6 +39,10 @@ enum What {
     Speed(SpeedArgs),
     /// Hold every way of drawing against exact decisions: time, wrong pixels, errors of depths, on easy and hard scenes
     Accuracy(AccuracyArgs),
+    /// Time the writing of pictures as PNG, RGB and with a palette, and tell how large the files are
+    #[command(after_long_help = "Example:\n  planisphere bench png scenes/first.toml\n      benches/png.sh adds a \
+        million spheres")]
+    Png(PngArgs),
     /// Time whole processes: wall and processor time, peak memory; several commands in turn
     #[command(
         long_about = "Time whole processes: wall and processor time, peak memory.\n\nSeveral commands are separated \
@@ -134,6 +138,21 @@ struct AccuracyArgs {
 }
 
 #[derive(ClapArgs)]
+struct PngArgs {
+    /// Scene files (TOML)
+    #[arg(required = true, value_name = "SCENE", value_hint = clap::ValueHint::FilePath)]
+    scenes: Vec<PathBuf>,
+
+    /// Rounds that count; the files are written once before
+    #[arg(long, value_name = "N", default_value_t = 21, value_parser = parse_repetitions)]
+    runs: usize,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(ClapArgs)]
 struct TimeArgs {
     /// Rounds that count; one more runs first
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = parse_repetitions)]
@@ -161,6 +180,7 @@ pub(super) fn run(args: BenchArgs) -> Result<(), Failure> {
     match args.what {
         What::Speed(args) => run_speed(args),
         What::Accuracy(args) => run_accuracy(args),
+        What::Png(args) => run_png(&args),
         What::Time(args) => run_time(args),
         What::Open { device } => open(&device),
     }
@@ -278,6 +298,22 @@ fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
     match report.certain_wrong() {
         0 => Ok(()),
         wrong => Err(Failure::Check(format!("{wrong} pixels are wrong where none may be"))),
+    }
+}
+
+fn run_png(args: &PngArgs) -> Result<(), Failure> {
+    let picture = |path: &PathBuf| -> Result<png::Picture, Failure> {
+        let loaded = load::load(path)?;
+        let view = View::new(loaded.camera(loaded.image), loaded.image);
+        let name = path.display().to_string();
+        Ok(png::Picture { name, scene: loaded.scene, view, background: loaded.background })
+    };
+    let pictures = args.scenes.iter().map(picture).collect::<Result<Vec<_>, _>>()?;
+    let report = png::measure(&pictures, args.runs, &mut |what| say(&format!("bench: {what}")))?;
+    if args.json {
+        print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))
+    } else {
+        print(&report.text())
     }
 }
 

@@ -1,13 +1,13 @@
 //! `planisphere render --explain`, and the refusal of what cannot fit into memory: facts from the request, the device and the system.
 
-use super::{Failure, args::RenderRequest, planes, print, render::auto_words};
+use super::{Failure, args::RenderRequest, planes, print};
 use crate::{
     camera::{Region, View},
     cpu,
     exact::decide::Truth,
     explain::{self, Engine, Facts, Survey},
     memory, plan,
-    render::{Device, DeviceChoice},
+    render::Device,
     scene::Scene,
 };
 
@@ -21,7 +21,14 @@ const GPU_ENTRY: usize = 40;
 const SMALL: u64 = 64 << 20;
 
 /// All that is known without looking at the spheres.
-pub(super) fn facts(request: &RenderRequest, scene: &Scene, view: &View, region: Region, device: &Device) -> Facts {
+pub(super) fn facts(
+    request: &RenderRequest,
+    scene: &Scene,
+    view: &View,
+    region: Region,
+    device: &Device,
+    words: String,
+) -> Facts {
     let (engine, tile, wave, band) = match device {
         Device::Cpu(_) => {
             let engine =
@@ -33,10 +40,6 @@ pub(super) fn facts(request: &RenderRequest, scene: &Scene, view: &View, region:
             let engine = Engine::Gpu { software: gpu.is_software(), chunk };
             (engine, plan::TILE, [limits.wave, GPU_ENTRY], limits.tiles * plan::TILE_PIXELS)
         }
-    };
-    let words = match request.device {
-        DeviceChoice::Auto => auto_words(device),
-        _ => format!("{}, as asked for", device.description()),
     };
     let words = match engine {
         Engine::Cpu { threads, .. } => format!("{words}; {threads} threads"),
@@ -59,6 +62,7 @@ pub(super) fn facts(request: &RenderRequest, scene: &Scene, view: &View, region:
         band,
         held: planes::BAND,
         picture: outputs.picture.is_some(),
+        palette: outputs.palette,
         ids: outputs.ids.is_some(),
         depth: outputs.depth.is_some(),
         visibility: outputs.visibility.is_some(),
@@ -120,6 +124,7 @@ mod tests {
             band: 1 << 22,
             held: planes::BAND,
             picture: true,
+            palette: false,
             ids: false,
             depth: false,
             visibility: false,

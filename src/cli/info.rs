@@ -1,10 +1,17 @@
 //! `planisphere info`: which devices there are, what each lacks, and which one `auto` takes.
 
-use super::{Failure, ends::stdout_is_open, print, render::auto_words};
+use super::{Failure, ends::stdout_is_open, print, render::device_words};
 use crate::{
     gpu::adapters::adapters,
     render::{Device, DeviceChoice},
 };
+
+/// Where software drivers come from.
+const SOFTWARE: &str = "
+Software drivers, for tests and CI without a GPU: llvmpipe (Debian's mesa-vulkan-drivers), and SwiftShader, which is in
+Debian's chromium-common: `apt-get download chromium-common && dpkg-deb -x chromium-common_*.deb swiftshader`, then
+VK_DRIVER_FILES=$PWD/swiftshader/usr/lib/chromium/vk_swiftshader_icd.json. The pictures are the same on both.
+";
 
 /// Lists the native device and every adapter, and opens what `auto` and `gpu` take.
 pub(super) fn run() -> Result<(), Failure> {
@@ -22,11 +29,17 @@ pub(super) fn run() -> Result<(), Failure> {
         }
     }
     text += "\n";
-    match Device::open(&DeviceChoice::Gpu) {
-        Ok(device) => text += &format!("--device gpu   takes {}\n", device.description()),
+    match Device::open_telling(&DeviceChoice::Gpu) {
+        Ok(opened) if opened.is_news(&DeviceChoice::Gpu) => {
+            text += &format!("--device gpu   takes {} ({})\n", opened.device.description(), opened.why);
+        }
+        Ok(opened) => text += &format!("--device gpu   takes {}\n", opened.device.description()),
         Err(error) => text += &format!("--device gpu   {error}\n"),
     }
-    let auto = Device::open(&DeviceChoice::Auto)?;
-    text += &format!("--device auto  takes {}\n", auto_words(&auto));
+    let auto = Device::open_telling(&DeviceChoice::Auto)?;
+    text += &format!("--device auto  takes {}\n", device_words(&auto, &DeviceChoice::Auto));
+    if cfg!(target_os = "linux") {
+        text += SOFTWARE;
+    }
     print(&text)
 }

@@ -7,14 +7,13 @@ use super::{Failure, args::Outputs, progress::Progress};
 use crate::{
     camera::Region,
     exact::decide::Truth,
-    frame::{self, Paint, Plane, PngFile, PngRows},
+    frame::{self, Paint, PaletteError, Plane, PngRows},
     output::{OutputError, Staged, Target},
     part::{Meta, Pixel, Seen, write::PartWriter},
     scene::Scene,
 };
 
-/// Pixels that are drawn at a time, at most: 8K is one band. The PNG of a larger picture is written before all of its colours
-/// are known, and so has no palette.
+/// Pixels that are drawn at a time, at most: 8K is one band.
 pub(super) const BAND: usize = 1 << 25;
 
 /// What a picture is of.
@@ -111,16 +110,12 @@ pub(super) fn write(
         None => None,
     };
     let paint = Paint { scene, background: meta.background };
-    let whole = region.pixels() <= BAND;
-    let mut png_sink = if whole { None } else { open(&outputs.picture)? };
-    let mut png = match &mut png_sink {
-        Some(sink) => Some(PngFile::new(sink, region).map_err(or(&outputs.picture))?),
-        None => None,
+    let mut png_sink = open(&outputs.picture)?;
+    let mut rows = match &mut png_sink {
+        Some(sink) if !outputs.palette => Some(PngRows::new(sink, region, paint).map_err(or(&outputs.picture))?),
+        _ => None,
     };
-    let mut rows = match &mut png {
-        Some(png) => Some(png.rows(paint).map_err(or(&outputs.picture))?),
-        None => None,
-    };
+    // A palette takes all colours before the first row.
     let mut all = Arc::new(Plane(Vec::new()));
 
     for band in bands(region, *band) {
@@ -164,12 +159,14 @@ pub(super) fn write(
             }
             if let Some(rows) = &mut rows {
                 rows.push(&ids.0).map_err(or(&outputs.picture))?;
-            } else if outputs.picture.is_some() {
+            } else if outputs.picture.is_some() && outputs.palette {
                 // One band is the usual case, and is not copied.
                 if all.0.is_empty() {
                     all = ids;
                 } else {
-                    Arc::make_mut(&mut all).0.extend_from_slice(&ids.0);
+                    let all = &mut Arc::make_mut(&mut all).0;
+                    all.reserve_exact(region.pixels() - all.len());
+                    all.extend_from_slice(&ids.0);
                 }
             }
             Ok(())
@@ -178,11 +175,15 @@ pub(super) fn write(
 
     let (_progress, start) = (Progress::step("encoding"), Instant::now());
     let mut staged = Vec::new();
-    if let (true, Some(target)) = (whole, &outputs.picture) {
-        staged.push(target.clone().stage(|out| frame::write_png(out, region, &all.0, &paint))?);
-    }
     rows.map_or(Ok(()), PngRows::finish).map_err(or(&outputs.picture))?;
-    png.map_or(Ok(()), PngFile::finish).map_err(or(&outputs.picture))?;
+    if let (true, Some(sink)) = (outputs.palette, &mut png_sink) {
+        frame::write_palette_png(sink, region, &all.0, &paint).map_err(|error| match error {
+            PaletteError::Io(error) => or(&outputs.picture)(error).into(),
+            PaletteError::TooManyColors => Failure::Usage(format!(
+                "--palette: {error}; leave out --palette, and the same pixels are written as RGB"
+            )),
+        })?;
+    }
     let finish = |(part, seen): (PartWriter<_>, Seen)| {
         part.finish(seen.iter().map(|place| (indices.of(place), scene.known(place))))
     };

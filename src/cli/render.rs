@@ -17,9 +17,10 @@ use super::{
 use crate::{
     camera::{ImageSize, Region, View},
     exact::decide::Truth,
+    gpu::adapters::PassedOver,
     load, output,
     part::Meta,
-    render::{Counts, Device, DeviceChoice, Times},
+    render::{Counts, Device, DeviceChoice, Opened, Times},
 };
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
@@ -28,6 +29,10 @@ struct Stats<'a> {
     version: u32,
     scene: String,
     device: String,
+    /// Why it was taken.
+    device_why: &'a str,
+    /// Adapters that were looked at before and not taken.
+    passed_over: &'a [PassedOver],
     /// Columns and rows of the whole image.
     image: [u32; 2],
     /// Column, row, width and height of what was drawn.
@@ -85,15 +90,15 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     times.load = milliseconds(step);
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));
-    let mut device = Device::open(&request.device)?;
+    let opened = Device::open_telling(&request.device)?;
     drop(progress);
     times.open = milliseconds(step);
-    if request.device == DeviceChoice::Auto {
-        say(&format!("device: {}", auto_words(&device)));
-    }
+    say_device(&opened, &request.device);
+    let device_words = device_words(&opened, &request.device);
+    let Opened { mut device, why, passed_over } = opened;
 
     let scene = &loaded.scene;
-    let facts = explain::facts(request, scene, &view, region, &device);
+    let facts = explain::facts(request, scene, &view, region, &device, device_words);
     if request.explain {
         return explain::print_lines(&facts, scene, &view);
     }
@@ -135,6 +140,8 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             version: 1,
             scene: request.scene.display().to_string(),
             device: device.description(),
+            device_why: &why,
+            passed_over: &passed_over,
             image: [image.width, image.height],
             region: [region.x, region.y, region.width, region.height],
             counts: &counts,
@@ -146,14 +153,21 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     Ok(())
 }
 
-/// Which device `auto` has taken, and why.
-pub(super) fn auto_words(device: &Device) -> String {
-    let why = match device {
-        Device::Cpu(_) => "no hardware GPU was found",
-        #[allow(unreachable_patterns, reason = "which devices there are depends on how the crate is built")]
-        _ => "a hardware GPU was found",
-    };
-    format!("{} ({why}; --device chooses another)", device.description())
+/// Which device was taken, and why.
+pub(super) fn device_words(opened: &Opened, choice: &DeviceChoice) -> String {
+    let (device, why) = (opened.device.description(), &opened.why);
+    if opened.is_news(choice) {
+        format!("{device} ({why}; --device chooses another)")
+    } else {
+        format!("{device}, {why}")
+    }
+}
+
+/// Says which device was taken, where that was not simply asked for.
+pub(super) fn say_device(opened: &Opened, choice: &DeviceChoice) {
+    if opened.is_news(choice) {
+        say(&format!("device: {}", device_words(opened, choice)));
+    }
 }
 
 /// The part of the image that was asked for, which must lie inside it.

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::{Failure, args::ViewArgs, progress::Progress, render::auto_words, say};
+use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say};
 use crate::{
     load,
-    render::{Device, DeviceChoice},
+    render::Device,
     view::{Display, Start},
 };
 
@@ -17,13 +17,11 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     // Before the device: a display is missing more often, and looking for it takes no time.
     let display = Display::open()?;
     let progress = Progress::step("starting the device");
-    let device = Device::open(&args.device)?;
+    let opened = Device::open_telling(&args.device)?;
     drop(progress);
-    if args.device == DeviceChoice::Auto {
-        say(&format!("device: {}", auto_words(&device)));
-    }
+    say_device(&opened, &args.device);
     let stem = if args.scene == Path::new("-") { None } else { args.scene.file_stem() };
     let name = stem.map_or_else(|| "scene".into(), ToOwned::to_owned);
     let image = args.size.unwrap_or(loaded.image);
-    Ok(display.show(Start { loaded, name, image, say }, device)?)
+    Ok(display.show(Start { loaded, name, image, say }, opened.device)?)
 }

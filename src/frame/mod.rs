@@ -3,13 +3,14 @@
 //! Everything follows from the ids and the scene, the same on every machine. This module knows no devices and no files:
 //! it writes into any [`std::io::Write`].
 
+mod deflate;
 mod depth;
 mod npy;
 mod png;
 
 pub use depth::{depth_plane, depths, distance_bounds};
 pub use npy::{Plane, header as npy_header, record_header as npy_record_header, write_f32, write_i32};
-pub use png::{PngFile, PngRows, write_png};
+pub use png::{PaletteError, PngRows, write_palette_png, write_png};
 
 use std::ops::Range;
 

@@ -1,157 +1,225 @@
-//! Writes the colour plane as PNG: a palette where at most 256 colours occur, RGB otherwise, never alpha.
+//! Writes the colour plane as PNG: RGB, or with a palette where that is asked for; never alpha.
 //!
-//! Rows are coloured and encoded band by band, so that an image of any size needs little memory beyond its ids. The
-//! settings were chosen by measuring ten kinds of filter and compression on 1024 x 1024 pictures, from a few large
-//! spheres to a million of one pixel:
-//!
-//! | picture | chosen | ms | KB | level 6 there | KB |
-//! | --- | --- | --- | --- | --- | --- |
-//! | palette, 12 large spheres | filter Up, fdeflate | 0.1 | 14 | 2.3 | 10 |
-//! | palette, 1e5 spheres of 8 px | filter Up, fdeflate | 2.4 | 341 | 72 | 310 |
-//! | RGB, 1e5 spheres of 8 px | no filter, level 1 | 13 | 800 | 46 | 586 |
-//! | RGB, 1e6 spheres of 1.4 px | no filter, level 1 | 25 | 2477 | 173 | 2428 |
-//!
-//! fdeflate writes literals at more than 8 bits each, so that busy palette pictures take level 1 as well.
+//! RGB is what every reader takes for the picture: some programs read the indices of a palette as
+//! if they were it. Rows are coloured and compressed in bands, side by side, so that a picture of
+//! any size needs little memory beyond its ids. The compressor is our own (`deflate.rs`): it is
+//! given runs, and so it is about as fast on three bytes a pixel as general ones are on one, and its
+//! files are about as small as theirs with a palette. `benches/results/png.txt` has the numbers.
 
 use std::io::{self, Write};
 
-use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, StreamWriter, Writer};
+use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, Writer, chunk::IDAT};
 use rayon::prelude::*;
 
-use super::{Paint, PlaneError};
+use super::{
+    Paint, PlaneError,
+    deflate::{self, Adler, Band, Run},
+};
 use crate::camera::Region;
 
-/// Pixels that are coloured at a time.
-const BAND: usize = 1 << 20;
+/// Pixels of a band of rows. The bytes of files depend on it, and on nothing else here.
+const BAND: usize = 1 << 16;
 
-/// Bytes of an image data chunk.
+/// Bands that are compressed before they are written.
+const BANDS: usize = 256;
+
+/// Pixels of a picture with a palette that are packed at a time.
+const PACKED: usize = 1 << 20;
+
+/// Bytes of an image data chunk, about.
 const CHUNK: usize = 1 << 18;
 
-/// Writes the picture of a region's ids.
+/// Why a picture has no palette.
+#[derive(Debug, thiserror::Error)]
+pub enum PaletteError {
+    /// It has more colours than a palette holds.
+    #[error("the picture has more than 256 colours, and a palette holds no more")]
+    TooManyColors,
+    /// The writer's own error.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+}
+
+/// Writes the picture of a region's ids, as RGB.
 ///
 /// # Errors
 /// The writer's; of the kind `InvalidInput` when the ids are not those of this region and scene.
 pub fn write_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint) -> io::Result<()> {
-    if ids.len() != region.pixels() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, PlaneError::Length { ids: ids.len(), region }));
-    }
-    checked(paint, ids)?;
-    let width = region.width as usize;
-    let palette = Palette::of(ids, paint);
-    let mut encoder = Encoder::new(out, region.width, region.height);
-    encoder.set_deflate_compression(DeflateCompression::Level(1));
-    encoder.set_filter(Filter::NoFilter);
-    let bits = match &palette {
-        Some(palette) => {
-            let (bits, depth) = palette.depth();
-            encoder.set_color(ColorType::Indexed);
-            encoder.set_depth(depth);
-            encoder.set_palette(palette.bytes());
-            if !palette.busy {
-                encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
-                encoder.set_filter(Filter::Up);
-            }
-            bits
-        }
-        None => {
-            encoder.set_color(ColorType::Rgb);
-            encoder.set_depth(BitDepth::Eight);
-            24
-        }
-    };
-    let mut writer = encoder.write_header().map_err(into_io)?;
-    let mut stream = writer.stream_writer_with_size(CHUNK).map_err(into_io)?;
-    let row_bytes = (width * bits).div_ceil(8);
-    let band_rows = (BAND / width).max(1);
-    let mut bytes = vec![0; row_bytes * band_rows.min(region.height as usize)];
-    for ids in ids.chunks(band_rows * width) {
-        let rows = &mut bytes[..ids.len() / width * row_bytes];
-        rows.par_chunks_mut(row_bytes).zip(ids.par_chunks(width)).for_each(|(row, ids)| match &palette {
-            Some(palette) => palette.fill(row, ids, paint, bits),
-            None => paint.fill(row, ids),
-        });
-        stream.write_all(rows)?;
-    }
-    stream.finish().map_err(into_io)?;
-    writer.finish().map_err(into_io)
+    checked(paint, region, ids)?;
+    let mut rows = PngRows::new(out, region, *paint)?;
+    rows.take(ids)?;
+    rows.finish()
 }
 
-/// A picture that comes in rows, some at a time: RGB, as the colours of what is still to come are not known.
-pub struct PngFile<W: Write> {
+/// A picture that comes in rows, some at a time, as RGB: the same file as [`write_png`]'s.
+pub struct PngRows<'a, W: Write> {
     writer: Writer<W>,
+    paint: Paint<'a>,
     width: usize,
+    /// Rows that are still to come.
+    missing: usize,
+    /// The last row that was compressed; empty before the first.
+    above: Vec<i32>,
+    /// Rows after it that make no band yet.
+    held: Vec<i32>,
+    /// What is to be written.
+    bytes: Vec<u8>,
+    adler: Adler,
 }
 
-impl<W: Write> PngFile<W> {
+impl<'a, W: Write> PngRows<'a, W> {
     /// Begins the picture of a region.
     ///
     /// # Errors
     /// The writer's.
-    pub fn new(out: W, region: Region) -> io::Result<Self> {
+    pub fn new(out: W, region: Region, paint: Paint<'a>) -> io::Result<Self> {
         let mut encoder = Encoder::new(out, region.width, region.height);
-        encoder.set_deflate_compression(DeflateCompression::Level(1));
-        encoder.set_filter(Filter::NoFilter);
         encoder.set_color(ColorType::Rgb);
         encoder.set_depth(BitDepth::Eight);
-        Ok(Self { writer: encoder.write_header().map_err(into_io)?, width: region.width as usize })
+        Ok(Self {
+            writer: encoder.write_header().map_err(into_io)?,
+            paint,
+            width: region.width as usize,
+            missing: region.height as usize,
+            above: Vec::new(),
+            held: Vec::new(),
+            bytes: deflate::HEADER.into(),
+            adler: Adler::new(),
+        })
     }
 
-    /// Begins the rows.
-    ///
-    /// # Errors
-    /// The writer's.
-    pub fn rows<'a>(&'a mut self, paint: Paint<'a>) -> io::Result<PngRows<'a, W>> {
-        let stream = self.writer.stream_writer_with_size(CHUNK).map_err(into_io)?;
-        Ok(PngRows { stream, paint, width: self.width, bytes: Vec::new() })
-    }
-
-    /// Ends the file, after its rows.
-    ///
-    /// # Errors
-    /// The writer's.
-    pub fn finish(self) -> io::Result<()> {
-        self.writer.finish().map_err(into_io)
-    }
-}
-
-/// The rows of a picture, from the top.
-pub struct PngRows<'a, W: Write> {
-    stream: StreamWriter<'a, W>,
-    paint: Paint<'a>,
-    width: usize,
-    bytes: Vec<u8>,
-}
-
-impl<W: Write> PngRows<'_, W> {
     /// Takes the ids of the next rows.
     ///
     /// # Errors
-    /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres.
+    /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres, a row is not whole, or there are more
+    /// rows than the region has.
     pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
-        checked(&self.paint, ids)?;
+        self.paint.check(ids).map_err(invalid)?;
+        self.take(ids)
+    }
+
+    /// As [`PngRows::push`]; the ids are known to be the scene's.
+    fn take(&mut self, mut ids: &[i32]) -> io::Result<()> {
+        let (rows, width) = (ids.len() / self.width, self.width);
+        if !ids.len().is_multiple_of(width) {
+            return Err(invalid(format!("{} ids are no whole rows of {width} pixels", ids.len())));
+        }
+        let Some(missing) = self.missing.checked_sub(rows) else {
+            return Err(invalid(format!("{rows} rows come where {} are missing", self.missing)));
+        };
+        self.missing = missing;
         let band = (BAND / self.width).max(1) * self.width;
-        for ids in ids.chunks(band) {
-            self.bytes.resize(3 * ids.len(), 0);
-            self.bytes.par_chunks_mut(3 * self.width).zip(ids.par_chunks(self.width)).for_each(|(row, ids)| {
-                self.paint.fill(row, ids);
+        if !self.held.is_empty() {
+            let (now, later) = ids.split_at(ids.len().min(band - self.held.len()));
+            self.held.extend_from_slice(now);
+            ids = later;
+            if self.held.len() < band && self.missing > 0 {
+                return Ok(());
+            }
+            let held = std::mem::take(&mut self.held);
+            self.compress(&held, band)?;
+        }
+        // Only the last band of a picture may be shorter.
+        let whole = if self.missing == 0 { ids.len() } else { ids.len() / band * band };
+        self.compress(&ids[..whole], band)?;
+        self.held.extend_from_slice(&ids[whole..]);
+        Ok(())
+    }
+
+    /// Compresses bands of so many pixels, side by side, and writes them.
+    fn compress(&mut self, ids: &[i32], band: usize) -> io::Result<()> {
+        let (width, paint) = (self.width, self.paint);
+        for ids in ids.chunks(BANDS * band) {
+            let above = &self.above;
+            let bands = ids.par_chunks(band).enumerate().map(|(k, rows)| {
+                let before = if k == 0 { above.as_slice() } else { &ids[k * band - width..k * band] };
+                paint.compress(before, rows, width)
             });
-            self.stream.write_all(&self.bytes)?;
+            for (bytes, adler) in bands.collect::<Vec<_>>() {
+                self.adler = self.adler.then(adler);
+                self.bytes.extend(bytes);
+                if self.bytes.len() >= CHUNK {
+                    self.write()?;
+                }
+            }
+            self.above.clear();
+            self.above.extend_from_slice(&ids[ids.len() - width..]);
         }
         Ok(())
     }
 
-    /// Ends the rows.
+    /// Writes a chunk.
+    fn write(&mut self) -> io::Result<()> {
+        self.writer.write_chunk(IDAT, &self.bytes).map_err(into_io)?;
+        self.bytes.clear();
+        Ok(())
+    }
+
+    /// Ends the file, after all of its rows.
     ///
     /// # Errors
-    /// The writer's, or when rows are missing.
-    pub fn finish(self) -> io::Result<()> {
-        self.stream.finish().map_err(into_io)
+    /// The writer's; of the kind `InvalidInput` when rows are missing.
+    pub fn finish(mut self) -> io::Result<()> {
+        if self.missing > 0 {
+            return Err(invalid(format!("{} rows are missing", self.missing)));
+        }
+        self.bytes.extend(deflate::LAST);
+        self.bytes.extend(self.adler.bytes());
+        self.write()?;
+        self.writer.finish().map_err(into_io)
     }
 }
 
-/// Ids of the scene, or an error of a writer.
-fn checked(paint: &Paint, ids: &[i32]) -> io::Result<()> {
-    paint.check(ids).map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))
+/// Writes the picture of a region's ids, as indices of a palette.
+///
+/// # Errors
+/// When there are too many colours, before anything is written; and the writer's, of the kind `InvalidInput` when the ids are
+/// not those of this region and scene.
+pub fn write_palette_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint) -> Result<(), PaletteError> {
+    checked(paint, region, ids)?;
+    let palette = Palette::of(ids, paint).ok_or(PaletteError::TooManyColors)?;
+    let width = region.width as usize;
+    let (bits, depth) = palette.depth();
+    let mut encoder = Encoder::new(out, region.width, region.height);
+    encoder.set_color(ColorType::Indexed);
+    encoder.set_depth(depth);
+    encoder.set_palette(palette.bytes());
+    if palette.busy {
+        // fdeflate would write most bytes as literals of more than 8 bits.
+        encoder.set_deflate_compression(DeflateCompression::Level(1));
+        encoder.set_filter(Filter::NoFilter);
+    } else {
+        encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
+        encoder.set_filter(Filter::Up);
+    }
+    let mut writer = encoder.write_header().map_err(into_io)?;
+    let mut stream = writer.stream_writer_with_size(CHUNK).map_err(into_io)?;
+    let row_bytes = (width * bits).div_ceil(8);
+    let band_rows = (PACKED / width).max(1);
+    let mut bytes = vec![0; row_bytes * band_rows.min(region.height as usize)];
+    for ids in ids.chunks(band_rows * width) {
+        let rows = &mut bytes[..ids.len() / width * row_bytes];
+        rows.par_chunks_mut(row_bytes)
+            .zip(ids.par_chunks(width))
+            .for_each(|(row, ids)| palette.fill(row, ids, paint, bits));
+        stream.write_all(rows)?;
+    }
+    stream.finish().map_err(into_io)?;
+    writer.finish().map_err(into_io)?;
+    Ok(())
+}
+
+/// Refuses ids that are not one of the scene for each pixel.
+fn checked(paint: &Paint, region: Region, ids: &[i32]) -> io::Result<()> {
+    if ids.len() != region.pixels() {
+        return Err(invalid(PlaneError::Length { ids: ids.len(), region }));
+    }
+    paint.check(ids).map_err(invalid)
+}
+
+/// What is wrong with ids, as an error of a writer.
+fn invalid(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, error)
 }
 
 /// The writer's own errors as they are.
@@ -163,10 +231,27 @@ fn into_io(error: EncodingError) -> io::Error {
 }
 
 impl Paint<'_> {
-    /// Fills a row with colours, three bytes a pixel.
-    fn fill(&self, row: &mut [u8], ids: &[i32]) {
-        let row = row.as_chunks_mut::<3>().0;
-        self.runs(ids).for_each(|(run, color)| row[run].fill(color));
+    /// Some rows as one band, below another row or none.
+    fn compress(&self, above: &[i32], rows: &[i32], width: usize) -> (Vec<u8>, Adler) {
+        let mut band = Band::new(width, self.colored(above, Vec::new()));
+        let mut runs = Vec::new();
+        for row in rows.chunks_exact(width) {
+            runs = band.row(self.colored(row, runs));
+        }
+        band.finish()
+    }
+
+    /// The runs of one colour, in memory that is there.
+    fn colored(&self, row: &[i32], mut colored: Vec<Run>) -> Vec<Run> {
+        colored.clear();
+        for (run, [red, green, blue]) in self.runs(row) {
+            let (end, color) = (run.end as u32, u32::from_be_bytes([0, red, green, blue]));
+            match colored.last_mut() {
+                Some(last) if last.color == color => last.end = end,
+                _ => colored.push(Run { end, color }),
+            }
+        }
+        colored
     }
 }
 
@@ -254,28 +339,105 @@ mod tests {
         Scene::from_spheres(&spheres).unwrap()
     }
 
+    /// What a decoder that is not ours makes of a file, and the bits of its pixels.
+    fn decoded(bytes: &[u8]) -> (image::RgbImage, usize) {
+        let info = png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
+        let bits = info.info().bits_per_pixel();
+        (image::load_from_memory(bytes).unwrap().into_rgb8(), bits)
+    }
+
     #[test]
-    fn pictures_come_back_at_every_depth() {
+    fn pictures_come_back() {
         for (spheres, depth) in [(1, 1), (3, 2), (15, 4), (255, 8), (256, 24), (3000, 24)] {
             let scene = scene(spheres);
             let paint = Paint { scene: &scene, background: [200, 100, 50] };
-            for (width, height) in [(1, 1), (1, 40), (13, 7), (1500, 1024)] {
+            for (width, height) in [(1, 1), (1, 40), (13, 7), (1500, 100), (11_000, 9), (32_768, 3)] {
                 let region = Region { x: 5, y: 6, width, height };
                 for run in [1, 50] {
                     let ids: Vec<i32> = (0..region.pixels()).map(|k| (k / run % (spheres + 1)) as i32 - 1).collect();
-                    let mut bytes = Vec::new();
-                    write_png(&mut bytes, region, &ids, &paint).unwrap();
-                    let decoder = png::Decoder::new(io::Cursor::new(&bytes));
-                    let info = decoder.read_info().unwrap();
-                    let header = info.info();
-                    if ids.len() > 2 * spheres * run {
-                        assert_eq!(header.bits_per_pixel(), depth, "{spheres} spheres");
+                    let mut rgb = Vec::new();
+                    write_png(&mut rgb, region, &ids, &paint).unwrap();
+                    let mut files = vec![rgb];
+                    let mut indexed = Vec::new();
+                    match write_palette_png(&mut indexed, region, &ids, &paint) {
+                        Ok(()) => files.push(indexed),
+                        Err(error) => {
+                            assert!(matches!(error, PaletteError::TooManyColors), "{error}");
+                            assert!(indexed.is_empty() && spheres >= 256, "{spheres} spheres");
+                        }
                     }
-                    let image = image::load_from_memory(&bytes).unwrap().into_rgb8();
-                    assert_eq!((image.width(), image.height()), (width, height));
-                    assert!(image.pixels().zip(&ids).all(|(pixel, &id)| Some(pixel.0) == paint.color(id)));
+                    for (bytes, want) in files.iter().zip([24, depth]) {
+                        let (image, bits) = decoded(bytes);
+                        if ids.len() > 2 * spheres * run {
+                            assert_eq!(bits, want, "{spheres} spheres");
+                        }
+                        assert_eq!((image.width(), image.height()), (width, height));
+                        assert!(image.pixels().zip(&ids).all(|(pixel, &id)| Some(pixel.0) == paint.color(id)));
+                    }
+                    // A second one, which has another inflater.
+                    let mut rows = Vec::new();
+                    let idat = chunks(&files[0], *b"IDAT");
+                    io::Read::read_to_end(&mut flate2::read::ZlibDecoder::new(idat.as_slice()), &mut rows).unwrap();
+                    let rows = rows.chunks_exact(3 * width as usize + 1);
+                    assert_eq!(rows.len(), height as usize);
+                    assert!(rows.zip(ids.chunks_exact(width as usize)).all(|(row, ids)| {
+                        row[0] == 0
+                            && row[1..].as_chunks::<3>().0.iter().zip(ids).all(|(p, &id)| Some(*p) == paint.color(id))
+                    }));
                 }
             }
+        }
+    }
+
+    /// The data of all chunks of a name, joined.
+    fn chunks(mut file: &[u8], name: [u8; 4]) -> Vec<u8> {
+        let mut all = Vec::new();
+        file = &file[8..];
+        while let Some((length, rest)) = file.split_first_chunk::<4>() {
+            let length = u32::from_be_bytes(*length) as usize;
+            if rest[..4] == name {
+                all.extend_from_slice(&rest[4..4 + length]);
+            }
+            file = &rest[length + 8..];
+        }
+        all
+    }
+
+    /// Pictures of every mixture of runs that a seed makes: long and short, new and repeated, as above and beside.
+    #[test]
+    fn random_pictures_come_back() {
+        let scene = scene(3000);
+        let paint = Paint { scene: &scene, background: [200, 100, 50] };
+        for seed in 0..300u64 {
+            let random = crate::make::Random { seed };
+            let mut counter = 0;
+            let mut below = |limit: u64| {
+                counter += 1;
+                random.bits(counter) % limit
+            };
+            let width = 1 + below([20, 300, 12_000][seed as usize % 3]) as usize;
+            let height = 1 + below(1 + 200_000 / width as u64) as usize;
+            let most = [3, 200, 3001][below(3) as usize];
+            let (longest, colors) = (1 + below(200), 1 + below(most));
+            let mut ids: Vec<i32> = Vec::with_capacity(width * height + 200);
+            while ids.len() < width * height {
+                let (run, kind) = (1 + below(longest) as usize, below(4));
+                for k in 0..run {
+                    let at = ids.len();
+                    ids.push(match kind {
+                        // As above, as above but shifted, or a colour.
+                        0 | 1 if at > width => ids[at - width - kind as usize],
+                        _ if k > 0 => ids[at - 1],
+                        _ => below(colors) as i32 - 1,
+                    });
+                }
+            }
+            ids.truncate(width * height);
+            let region = Region { x: 0, y: 0, width: width as u32, height: height as u32 };
+            let mut bytes = Vec::new();
+            write_png(&mut bytes, region, &ids, &paint).unwrap();
+            let (image, _) = decoded(&bytes);
+            assert!(image.pixels().zip(&ids).all(|(pixel, &id)| Some(pixel.0) == paint.color(id)), "seed {seed}");
         }
     }
 
@@ -283,16 +445,47 @@ mod tests {
     fn rows_are_the_picture() {
         let scene = scene(300);
         let paint = Paint { scene: &scene, background: [200, 100, 50] };
-        let region = Region { x: 0, y: 0, width: 31, height: 40 };
-        let ids: Vec<i32> = (0..region.pixels()).map(|k| (k % 301) as i32 - 1).collect();
-        let (mut whole, mut bytes) = (Vec::new(), Vec::new());
+        let region = Region { x: 0, y: 0, width: 311, height: 1000 };
+        let ids: Vec<i32> = (0..region.pixels()).map(|k| (k / 7 % 301) as i32 - 1).collect();
+        let mut whole = Vec::new();
         write_png(&mut whole, region, &ids, &paint).unwrap();
-        let mut file = PngFile::new(&mut bytes, region).unwrap();
-        let mut rows = file.rows(paint).unwrap();
-        ids.chunks(31 * 7).for_each(|ids| rows.push(ids).unwrap());
-        rows.finish().unwrap();
-        file.finish().unwrap();
-        assert_eq!(bytes, whole);
+        // A band has 210 rows.
+        for rows_at_a_time in [1, 7, 209, 210, 211, 640, 999] {
+            let mut bytes = Vec::new();
+            let mut rows = PngRows::new(&mut bytes, region, paint).unwrap();
+            ids.chunks(311 * rows_at_a_time).for_each(|ids| rows.push(ids).unwrap());
+            rows.finish().unwrap();
+            assert!(bytes == whole, "{rows_at_a_time} rows at a time");
+        }
+        // However many threads there are.
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut bytes = Vec::new();
+            pool.install(|| write_png(&mut bytes, region, &ids, &paint)).unwrap();
+            assert!(bytes == whole, "{threads} threads");
+        }
+    }
+
+    /// Flat pictures are far smaller than their colours; what has no order is hardly larger.
+    #[test]
+    fn files_are_small() {
+        let scene = scene(3000);
+        let paint = Paint { scene: &scene, background: [0; 3] };
+        let region = Region { x: 0, y: 0, width: 1000, height: 1000 };
+        let size = |id: &dyn Fn(usize) -> i32| {
+            let ids: Vec<i32> = (0..region.pixels()).map(id).collect();
+            let mut bytes = Vec::new();
+            write_png(&mut bytes, region, &ids, &paint).unwrap();
+            bytes.len()
+        };
+        let empty = size(&|_| -1);
+        assert!(empty < 8_000, "nothing: {empty} bytes");
+        let disc = |k: usize| (k % 1000).abs_diff(500).pow(2) + (k / 1000).abs_diff(500).pow(2) < 160_000;
+        let flat = size(&|k| i32::from(disc(k)) - 1);
+        assert!(flat < 16_000, "a disc: {flat} bytes");
+        let random = crate::make::Random { seed: 1 };
+        let noise = size(&|k| (random.bits(k as u64) % 3000) as i32);
+        assert!(noise < 3_100_000, "noise: {noise} bytes");
     }
 
     #[test]
@@ -300,13 +493,28 @@ mod tests {
         let scene = scene(2);
         let paint = Paint { scene: &scene, background: [0; 3] };
         let region = Region { x: 0, y: 0, width: 2, height: 2 };
-        for ids in [&[0, 1, -1, 2][..], &[0, 1, -1], &[0; 5]] {
+        for ids in [&[0, 1, -1, 2][..], &[0, 1, -1], &[0; 5], &[]] {
             let error = write_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{error}");
+            let error = write_palette_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
+            assert!(
+                matches!(&error, PaletteError::Io(error) if error.kind() == io::ErrorKind::InvalidInput),
+                "{error}"
+            );
         }
-        let mut file = PngFile::new(Vec::new(), region).unwrap();
-        let error = file.rows(paint).unwrap().push(&[0, 2]).unwrap_err();
-        assert!(error.to_string().contains("id 2"), "{error}");
+        let rows = || PngRows::new(Vec::new(), region, paint).unwrap();
+        for (ids, words) in [(&[0, 2][..], "id 2"), (&[0, 1, 0], "whole rows"), (&[0; 6], "3 rows come where 2")] {
+            let error = rows().push(ids).unwrap_err();
+            assert!(error.kind() == io::ErrorKind::InvalidInput && error.to_string().contains(words), "{error}");
+        }
+        let mut rows = rows();
+        rows.push(&[0, 1]).unwrap();
+        let error = rows.finish().unwrap_err();
+        assert!(error.to_string().contains("1 rows are missing"), "{error}");
+        // No picture at all.
+        let nothing = Region { height: 0, ..region };
+        assert!(write_png(&mut Vec::new(), nothing, &[], &paint).is_err());
+        assert!(write_palette_png(&mut Vec::new(), nothing, &[], &paint).is_err());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Which GPU adapters there are, what each lacks, which one is taken, and what to install when there is none.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Features};
 
@@ -59,18 +59,51 @@ pub fn name(info: &AdapterInfo) -> String {
     }
 }
 
+/// What a hardware GPU has in the file system of Linux, before any driver is asked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Node {
+    /// Its path.
+    path: String,
+    /// Why this process cannot open it, if so.
+    closed: Option<String>,
+}
+
+/// The paths of all nodes. Kernel graphics (all open drivers), NVIDIA, WSL, Arm and Qualcomm have them.
+fn node_paths() -> Vec<PathBuf> {
+    let named = ["/dev/nvidiactl", "/dev/dxg", "/dev/mali0", "/dev/kgsl-3d0"].map(PathBuf::from);
+    let mut paths: Vec<_> = named.into_iter().filter(|path| path.exists()).collect();
+    let entries = std::fs::read_dir("/dev/dri").into_iter().flatten().flatten();
+    paths.extend(
+        entries
+            .map(|entry| entry.path())
+            .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("renderD"))),
+    );
+    paths.sort();
+    paths
+}
+
+/// The nodes of this machine, each tried.
+pub(crate) fn nodes() -> Vec<Node> {
+    let node = |path: PathBuf| {
+        let closed = std::fs::File::options().read(true).write(true).open(&path).err();
+        Node { path: path.display().to_string(), closed: closed.map(|error| error.to_string()) }
+    };
+    if cfg!(target_os = "linux") { node_paths().into_iter().map(node).collect() } else { Vec::new() }
+}
+
 /// Whether a hardware GPU is possible: on Linux each driver has a device node, and looking for one is a thousand times faster
 /// than loading Vulkan.
 pub fn may_have_hardware() -> bool {
-    if cfg!(not(target_os = "linux")) {
-        return true;
-    }
-    // Kernel graphics (all open drivers), NVIDIA, WSL, Arm and Qualcomm.
-    let nodes = ["/dev/nvidiactl", "/dev/dxg", "/dev/mali0", "/dev/kgsl-3d0"];
-    nodes.iter().any(|node| Path::new(node).exists())
-        || std::fs::read_dir("/dev/dri").is_ok_and(|mut entries| {
-            entries.any(|entry| entry.is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with("renderD")))
-        })
+    cfg!(not(target_os = "linux")) || !node_paths().is_empty()
+}
+
+/// What the environment says about Vulkan's drivers: only those that it names are looked at.
+pub(crate) fn named_drivers() -> Option<String> {
+    let set = |name: &str| Some((name.to_owned(), std::env::var(name).ok().filter(|value| !value.is_empty())?));
+    let (name, value) = set("VK_DRIVER_FILES").or_else(|| set("VK_ICD_FILENAMES"))?;
+    let missing = std::env::split_paths(&value).filter(|path| !path.exists());
+    let missing: Vec<_> = missing.map(|path| format!("; {} is not there", path.display())).collect();
+    Some(format!("{name}={value} is set, so that no other driver is looked at{}", missing.concat()))
 }
 
 fn is_hardware(info: &AdapterInfo) -> bool {
@@ -123,42 +156,115 @@ pub fn adapters() -> Vec<Found> {
         .collect()
 }
 
-/// The adapter for a choice: hardware first among those that fit.
-pub(super) fn choose(choice: &DeviceChoice) -> Result<(Adapter, Suitability), DeviceError> {
-    let mut tried = Vec::new();
-    let mut best: Option<(bool, Adapter, Suitability)> = None;
-    for adapter in list() {
-        let (info, suitability) = (adapter.get_info(), assess(&adapter));
-        let hardware = is_hardware(&info);
-        let asked = match choice {
-            DeviceChoice::Auto => hardware,
-            DeviceChoice::Gpu => true,
-            DeviceChoice::Cpu => false,
-            DeviceChoice::Named(part) => name(&info).to_lowercase().contains(&part.to_lowercase()),
-        };
-        if !asked {
-            let why = if *choice == DeviceChoice::Auto { "a software device" } else { "another name" };
-            tried.push(format!("{}: {why}", name(&info)));
-        } else if !suitability.lacks.is_empty() {
-            tried.push(format!("{}: lacks {}", name(&info), suitability.lacks.join(", ")));
-        } else if best.as_ref().is_none_or(|(before, ..)| hardware && !before) {
-            best = Some((hardware, adapter, suitability));
-        }
-    }
-    best.map(|(_, adapter, suitability)| (adapter, suitability)).ok_or_else(|| none(choice, &tried))
+/// Why an adapter is not taken whose name was not asked for.
+const ANOTHER_NAME: &str = "another name";
+
+/// An adapter that was not taken.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct PassedOver {
+    /// Its name, driver and API.
+    pub adapter: String,
+    /// Whether it is hardware.
+    pub hardware: bool,
+    /// Why it was not taken.
+    pub why: String,
 }
 
-/// What was tried, and what to install.
-fn none(choice: &DeviceChoice, tried: &[String]) -> DeviceError {
+/// An adapter that may be taken: all that the choice depends on.
+#[derive(Clone, Debug)]
+struct Candidate {
+    name: String,
+    hardware: bool,
+    lacks: Vec<String>,
+}
+
+/// Opens the first adapter that fits a choice, hardware before software; tells which ones did not come to that, and why.
+fn take<T>(
+    choice: &DeviceChoice,
+    candidates: &[Candidate],
+    mut open: impl FnMut(usize) -> Result<T, String>,
+) -> (Option<T>, Vec<PassedOver>) {
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    order.sort_by_key(|&k| !candidates[k].hardware);
+    let mut passed_over = Vec::new();
+    for k in order {
+        let Candidate { name, hardware, lacks } = &candidates[k];
+        let why = match choice {
+            DeviceChoice::Auto if !hardware => "a software device".to_owned(),
+            DeviceChoice::Named(part) if !name.to_lowercase().contains(&part.to_lowercase()) => ANOTHER_NAME.into(),
+            _ if !lacks.is_empty() => format!("lacks {}", lacks.join(", ")),
+            _ => match open(k) {
+                Ok(device) => return (Some(device), passed_over),
+                Err(why) => format!("could not be opened: {why}"),
+            },
+        };
+        passed_over.push(PassedOver { adapter: name.clone(), hardware: *hardware, why });
+    }
+    (None, passed_over)
+}
+
+/// Opens an adapter for a choice.
+pub(super) fn open<T>(
+    choice: &DeviceChoice,
+    mut open: impl FnMut(&Adapter, &Suitability) -> Result<T, String>,
+) -> (Option<T>, Vec<PassedOver>) {
+    let adapters: Vec<_> = list().into_iter().map(|adapter| (assess(&adapter), adapter)).collect();
+    let candidate = |(suitability, adapter): &(Suitability, Adapter)| {
+        let info = adapter.get_info();
+        Candidate { name: name(&info), hardware: is_hardware(&info), lacks: suitability.lacks.clone() }
+    };
+    let candidates: Vec<_> = adapters.iter().map(candidate).collect();
+    take(choice, &candidates, |k| open(&adapters[k].1, &adapters[k].0))
+}
+
+/// The hardware that did not open although it was meant, with the reasons.
+pub(crate) fn why_asked(passed_over: &[PassedOver]) -> Option<String> {
+    let meant = passed_over.iter().filter(|other| other.hardware && other.why != ANOTHER_NAME);
+    let words: Vec<_> = meant.map(|other| format!("the hardware GPU {} {}", other.adapter, other.why)).collect();
+    (!words.is_empty()).then(|| words.join("; "))
+}
+
+/// Why `auto` has taken what it has taken: a hardware GPU, or else the CPU.
+pub(crate) fn why_auto(hardware: bool, passed_over: &[PassedOver], nodes: &[Node], drivers: Option<&str>) -> String {
+    if let Some(words) = why_asked(passed_over) {
+        return words;
+    }
+    if hardware {
+        return "a hardware GPU was found".into();
+    }
+    let drivers = drivers.map(|words| format!("; {words}")).unwrap_or_default();
+    match nodes {
+        [] => format!("no hardware GPU was found{drivers}"),
+        nodes => {
+            let nodes: Vec<String> = nodes
+                .iter()
+                .map(|Node { path, closed }| match closed {
+                    Some(why) => format!("{path} (which cannot be opened: {why})"),
+                    None => path.clone(),
+                })
+                .collect();
+            format!("no {} driver answers for the hardware GPU at {}{drivers}", api(), nodes.join(", "))
+        }
+    }
+}
+
+/// That nothing was opened: what was tried, and what to install.
+pub(crate) fn none(choice: &DeviceChoice, passed_over: &[PassedOver], drivers: Option<&str>) -> DeviceError {
     let wanted = match choice {
         DeviceChoice::Auto => "no hardware GPU".to_owned(),
         DeviceChoice::Named(name) => format!("no GPU whose name contains \"{name}\""),
         _ => "no usable GPU".to_owned(),
     };
-    let tried = match tried {
-        [] => format!("tried {}: no adapter answered", api()),
-        tried => format!("tried {}:\n  {}", api(), tried.join("\n  ")),
-    };
+    let mut tried = format!("tried {}:", api());
+    if passed_over.is_empty() {
+        tried += " no adapter answered";
+    }
+    for PassedOver { adapter, why, .. } in passed_over {
+        tried += &format!("\n  {adapter}: {why}");
+    }
+    if let Some(words) = drivers {
+        tried += &format!("\n{words}");
+    }
     let install = match std::env::consts::OS {
         "linux" => {
             "a software device comes with mesa-vulkan-drivers (Debian, Ubuntu, Fedora) or vulkan-swrast (Arch); \
@@ -182,10 +288,111 @@ fn api() -> &'static str {
 mod tests {
     use super::*;
 
+    fn candidate(name: &str, hardware: bool, lacks: &[&str]) -> Candidate {
+        Candidate { name: name.into(), hardware, lacks: lacks.iter().map(|&what| what.into()).collect() }
+    }
+
+    /// A discrete GPU, one that is built in, and two software devices, in the order in which a loader might list them.
+    fn machine() -> Vec<Candidate> {
+        vec![
+            candidate("llvmpipe (Mesa, vulkan)", false, &[]),
+            candidate("Radeon 7900 (radv, vulkan)", true, &[]),
+            candidate("SwiftShader (vulkan)", false, &[]),
+            candidate("Arc 770 (anv, vulkan)", true, &[]),
+        ]
+    }
+
+    /// Takes from a list, where those with these names do not open; the name that was taken, and what was passed over.
+    fn taken(choice: &DeviceChoice, candidates: &[Candidate], closed: &[&str]) -> (Option<String>, Vec<PassedOver>) {
+        take(choice, candidates, |k| {
+            let name = candidates[k].name.clone();
+            let fails = closed.iter().any(|part| name.contains(part));
+            if fails { Err("device lost".into()) } else { Ok(name) }
+        })
+    }
+
+    fn named(name: &str) -> DeviceChoice {
+        DeviceChoice::Named(name.into())
+    }
+
     #[test]
-    fn a_name_that_nobody_has_says_what_was_tried_and_what_to_install() {
-        let error = choose(&DeviceChoice::Named("no such adapter".into())).map(|_| ()).unwrap_err().to_string();
-        assert!(error.contains("no such adapter") && error.contains("tried"), "{error}");
+    fn hardware_comes_first_and_the_next_is_tried() {
+        use DeviceChoice::{Auto, Gpu};
+        let machine = machine();
+        for (choice, closed, want, passed) in [
+            (Auto, &[][..], Some("Radeon"), 0),
+            (Gpu, &[], Some("Radeon"), 0),
+            (Auto, &["Radeon"], Some("Arc"), 1),
+            (Gpu, &["Radeon"], Some("Arc"), 1),
+            (Auto, &["Radeon", "Arc"], None, 4),
+            (Gpu, &["Radeon", "Arc"], Some("llvmpipe"), 2),
+            (Gpu, &["Radeon", "Arc", "llvmpipe"], Some("SwiftShader"), 3),
+            (Gpu, &["vulkan"], None, 4),
+            (named("SWIFT"), &[], Some("SwiftShader"), 3),
+            (named("swift"), &["Swift"], None, 4),
+            (named("arc"), &[], Some("Arc"), 1),
+            (named("nobody"), &[], None, 4),
+        ] {
+            let (name, passed_over) = taken(&choice, &machine, closed);
+            assert_eq!(name.as_deref().map(|name| name.split(' ').next().unwrap()), want, "{choice:?}, {closed:?}");
+            assert_eq!(passed_over.len(), passed, "{choice:?}, {closed:?}: {passed_over:?}");
+        }
+        let nothing: (Option<()>, _) = take(&Auto, &[], |_| unreachable!("there is none"));
+        assert_eq!(nothing, (None, Vec::new()));
+    }
+
+    #[test]
+    fn what_lacks_something_is_never_opened() {
+        let mut machine = machine();
+        machine[1].lacks = vec!["compute shaders".into(), "workgroups of 64".into()];
+        let (name, passed_over) = taken(&DeviceChoice::Auto, &machine, &["Radeon"]);
+        assert_eq!(name.as_deref(), Some("Arc 770 (anv, vulkan)"));
+        assert_eq!(passed_over[0].why, "lacks compute shaders, workgroups of 64");
+    }
+
+    #[test]
+    fn auto_names_the_hardware_that_was_not_taken() {
+        let why = |machine: &[Candidate], closed: &[&str], nodes: &[Node], drivers| {
+            let (name, passed_over) = taken(&DeviceChoice::Auto, machine, closed);
+            why_auto(name.is_some(), &passed_over, nodes, drivers)
+        };
+        let all = machine();
+        let software = [all[0].clone(), all[2].clone()];
+        let lacking = [all[0].clone(), candidate("Old 9000 (r600, vulkan)", true, &["compute shaders"])];
+        assert_eq!(why(&all, &[], &[], None), "a hardware GPU was found");
+        assert_eq!(
+            why(&all, &["Radeon"], &[], None),
+            "the hardware GPU Radeon 7900 (radv, vulkan) could not be opened: device lost"
+        );
+        let both = why(&all, &["Radeon", "Arc"], &[], None);
+        assert!(both.contains("Radeon 7900") && both.contains("; the hardware GPU Arc 770"), "{both}");
+        assert!(!both.contains("no hardware GPU was found"), "{both}");
+        assert_eq!(why(&lacking, &[], &[], None), "the hardware GPU Old 9000 (r600, vulkan) lacks compute shaders");
+        assert_eq!(why(&software, &[], &[], None), "no hardware GPU was found");
+        assert_eq!(why(&[], &[], &[], None), "no hardware GPU was found");
+        // There is hardware, and nothing answers for it.
+        let open = Node { path: "/dev/dri/renderD128".into(), closed: None };
+        let closed = Node { path: "/dev/dri/renderD129".into(), closed: Some("Permission denied".into()) };
+        let words = why(&software, &[], &[open.clone(), closed], None);
+        assert!(words.contains("answers for the hardware GPU at /dev/dri/renderD128, /dev/dri/renderD129"), "{words}");
+        assert!(words.ends_with("(which cannot be opened: Permission denied)"), "{words}");
+        let words = why(&[], &[], &[open], Some("VK_DRIVER_FILES=x.json is set"));
+        assert!(words.ends_with("renderD128; VK_DRIVER_FILES=x.json is set"), "{words}");
+        // What did answer is named, not its node.
+        assert!(!why(&all, &["Radeon", "Arc"], &[], Some("set")).contains("set"));
+    }
+
+    #[test]
+    fn nothing_opened_says_what_was_tried_and_what_to_install() {
+        let (_, passed_over) = taken(&named("GeForce"), &machine(), &[]);
+        let error = none(&named("GeForce"), &passed_over, None).to_string();
+        assert!(error.starts_with("no GPU whose name contains \"GeForce\"; tried "), "{error}");
+        assert!(error.contains("\n  Arc 770 (anv, vulkan): another name\n"), "{error}");
         assert!(!cfg!(target_os = "linux") || error.contains("mesa-vulkan-drivers"), "{error}");
+        let (_, passed_over) = taken(&DeviceChoice::Gpu, &machine(), &["vulkan"]);
+        let error = none(&DeviceChoice::Gpu, &passed_over, None).to_string();
+        assert_eq!(error.matches("could not be opened: device lost").count(), 4, "{error}");
+        let error = none(&DeviceChoice::Gpu, &[], Some("VK_DRIVER_FILES=x is set")).to_string();
+        assert!(error.contains("no adapter answered\nVK_DRIVER_FILES=x is set\n"), "{error}");
     }
 }

@@ -38,6 +38,7 @@ use crate::{
     shader::{FEW, Lanes},
     tile::Exact,
 };
+use adapters::{PassedOver, Suitability};
 use decide::{Among, AtOnce, Done, LeftOver, Undecided};
 use execute::{Answers, BACKGROUND, Executor, HOST, Pixels};
 use lists::{Spheres, These, Uncovered, Wave};
@@ -100,7 +101,17 @@ impl Gpu {
     /// # Errors
     /// When none fits; says what was tried and what to install.
     pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
-        let (adapter, suitability) = adapters::choose(choice)?;
+        let (gpu, passed_over) = Self::open_telling(choice);
+        gpu.ok_or_else(|| adapters::none(choice, &passed_over, adapters::named_drivers().as_deref()))
+    }
+
+    /// As [`Gpu::open`], if one opens; and the adapters that were passed over.
+    pub(crate) fn open_telling(choice: &DeviceChoice) -> (Option<Self>, Vec<PassedOver>) {
+        adapters::open(choice, Self::start)
+    }
+
+    /// Opens an adapter.
+    fn start(adapter: &wgpu::Adapter, suitability: &Suitability) -> Result<Self, String> {
         let info = adapter.get_info();
         let offered = adapter.limits();
         let binding = offered.max_storage_buffer_binding_size.min(i32::MAX as u64).min(offered.max_buffer_size);
@@ -124,7 +135,7 @@ impl Gpu {
             required_limits: limits,
             ..Default::default()
         }))
-        .map_err(|error| DeviceError::NoAdapter(format!("{} could not be opened: {error}", adapters::name(&info))))?;
+        .map_err(|error| error.to_string())?;
         let fault = Arc::new(Mutex::new(None));
         let note = Arc::clone(&fault);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| remember(&note, error.to_string())));
