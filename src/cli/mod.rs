@@ -17,7 +17,9 @@ mod view;
 
 use std::{
     io::{self, IsTerminal, Write},
+    panic::{self, AssertUnwindSafe},
     process::ExitCode,
+    sync::Arc,
     time::Instant,
 };
 
@@ -26,7 +28,7 @@ use clap::{CommandFactory, Parser};
 use crate::{
     bench::speed::BenchError,
     frame::PlaneError,
-    load::LoadError,
+    load::{ChangedFile, LoadError, Watch},
     output::OutputError,
     part::merge::MergeError,
     render::{DeviceError, DrawError},
@@ -44,6 +46,9 @@ enum Failure {
     /// Bad input.
     #[error("{0}")]
     Load(#[from] LoadError),
+    /// Input that was changed by somebody else while it was in use.
+    #[error("{0}")]
+    Changed(#[from] ChangedFile),
     /// No device.
     #[error("{0}")]
     Device(#[from] DeviceError),
@@ -74,8 +79,12 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
+<<<<<<< HEAD
             Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Merge(_) | Self::Plane(_) => 2,
             Self::Draw(DrawError::View(_)) => 2,
+=======
+            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Changed(_) | Self::Merge(_) => 2,
+>>>>>>> d6530ef (Arrays: what is read, what is fixed, and files that change while they are in use)
             Self::Device(_) | Self::Draw(_) => 3,
             Self::Check(_) => 1,
             Self::Bench(error) => match error {
@@ -118,6 +127,29 @@ pub fn main() -> ExitCode {
             say(&failure.report(color_on_stderr()));
             ExitCode::from(failure.exit_code())
         }
+    }
+}
+
+/// Does work that reads numbers in files, and throws its result away, a panic included, when one of the files changed
+/// meanwhile: numbers of any value were read then.
+fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    let (hook, watched) = (Arc::new(panic::take_hook()), watch.clone());
+    let former = Arc::clone(&hook);
+    panic::set_hook(Box::new(move |panic| {
+        if watched.changed().is_none() {
+            former(panic);
+        }
+    }));
+    let result = panic::catch_unwind(AssertUnwindSafe(work));
+    // The hook that is there now is the one above: it goes, and with it the other owner of the former one.
+    drop(panic::take_hook());
+    if let Some(hook) = Arc::into_inner(hook) {
+        panic::set_hook(hook);
+    }
+    match (watch.changed(), result) {
+        (Some(changed), _) => Err(changed.into()),
+        (None, Ok(result)) => result,
+        (None, Err(panic)) => panic::resume_unwind(panic),
     }
 }
 
