@@ -17,9 +17,8 @@ mod view;
 
 use std::{
     io::{self, IsTerminal, Write},
-    panic::{self, AssertUnwindSafe},
+    panic,
     process::ExitCode,
-    sync::Arc,
     time::Instant,
 };
 
@@ -130,27 +129,21 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Does work that reads numbers in files, and throws its result away, a panic included, when one of the files changed
-/// meanwhile: numbers of any value were read then.
+/// Does work that reads numbers in files, unless one of these changes meanwhile: see [`Watch::guard`].
 fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
-    let (hook, watched) = (Arc::new(panic::take_hook()), watch.clone());
-    let former = Arc::clone(&hook);
+    silence(watch);
+    watch.guard(work)?
+}
+
+/// From now on a panic is not reported where a file has changed: it comes from numbers that nobody meant, and what is to be
+/// said is said instead.
+fn silence(watch: &Watch) {
+    let (former, watch) = (panic::take_hook(), watch.clone());
     panic::set_hook(Box::new(move |panic| {
-        if watched.changed().is_none() {
+        if watch.changed().is_none() {
             former(panic);
         }
     }));
-    let result = panic::catch_unwind(AssertUnwindSafe(work));
-    // The hook that is there now is the one above: it goes, and with it the other owner of the former one.
-    drop(panic::take_hook());
-    if let Some(hook) = Arc::into_inner(hook) {
-        panic::set_hook(hook);
-    }
-    match (watch.changed(), result) {
-        (Some(changed), _) => Err(changed.into()),
-        (None, Ok(result)) => result,
-        (None, Err(panic)) => panic::resume_unwind(panic),
-    }
 }
 
 /// One line or more to standard error; nobody listening is no failure.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Failure, args::ViewArgs, progress::Progress, render::auto_words, say};
+use super::{Failure, args::ViewArgs, progress::Progress, render::auto_words, say, silence};
 use crate::{
     load,
     render::{Device, DeviceChoice},
@@ -22,6 +22,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     if args.device == DeviceChoice::Auto {
         say(&format!("device: {}", auto_words(&device)));
     }
+    silence(&loaded.watch);
     let stem = if args.scene == Path::new("-") { None } else { args.scene.file_stem() };
     let name = stem.map_or_else(|| "scene".into(), ToOwned::to_owned);
     let image = args.size.unwrap_or(loaded.image);

@@ -396,6 +396,15 @@ impl Array {
         if numbers().any(|number| number.kind == Kind::LongDouble) {
             self.known_long_doubles(cells, key)?;
         }
+        let f32s = numbers().all(Number::fits_f32);
+        let (size, to) = if f32s { (4, "f4") } else { (8, "f8") };
+        let in_place = (numbers().all(|number| number.kind == Kind::Float && number.size >= 4 && !number.big))
+            .then(|| cells.run())
+            .flatten();
+        if cells.as_is && in_place.is_none() {
+            // Before anything looks at so many numbers.
+            self.room(cells, size, &self.why(cells, false), to)?;
+        }
         if !numbers().all(Number::fits_f64)
             && let Some(place) = self.first(cells, |(_, exact)| !exact)
         {
@@ -416,7 +425,6 @@ impl Array {
         }
         let number = cells.columns[0].1;
         let count = cells.count() * cells.columns.len();
-        let in_place = (number.kind == Kind::Float && !number.big).then(|| cells.run()).flatten();
         if let Some(run) = &in_place {
             let at = self.offset + run.start;
             let column = match number.size {
@@ -428,12 +436,12 @@ impl Array {
                 return Ok(self.uncopied(numbers));
             }
         }
-        let why = self.why(cells, in_place.is_some() && number.size >= 4);
-        if number.fits_f32() {
-            let copy = self.copy(cells, why, "f4", |bytes| number.read(bytes).0 as f32)?;
+        let why = self.why(cells, in_place.is_some());
+        if f32s {
+            let copy = self.copy(cells, why, to, |bytes| number.read(bytes).0 as f32)?;
             return Ok(Taken { numbers: Reals::F32(copy.numbers), copied: copy.copied });
         }
-        let copy = self.copy(cells, why, "f8", |bytes| number.read(bytes).0)?;
+        let copy = self.copy(cells, why, to, |bytes| number.read(bytes).0)?;
         Ok(Taken { numbers: Reals::F64(copy.numbers), copied: copy.copied })
     }
 
@@ -590,23 +598,20 @@ impl Array {
         to: &str,
         read: impl Fn(&[u8]) -> T + Sync,
     ) -> Result<Taken<Column<T>>, Refused> {
-        let bytes = (cells.count() * cells.columns.len()).saturating_mul(size_of::<T>());
-        let short = |available: Option<u64>| {
-            let needed = explain::bytes(bytes as u64);
-            let there = available
-                .map_or("it cannot be had".into(), |bytes| format!("{} is available", explain::bytes(bytes)));
-            Refused::new(
-                format!("is copied to be read ({why}), which takes {needed} of memory, and {there}"),
-                format!("save it as it is read in place: {}", save(&format!("numpy.ascontiguousarray(array, '{to}')"))),
-            )
-        };
-        memory::room(bytes as u64).map_err(|available| short(Some(available)))?;
+        let bytes = self.room(cells, size_of::<T>(), &why, to)?;
         let numbers = match cells.columns.len() {
             1 => self.rows::<T, 1>(cells, &read),
             _ => self.rows::<T, 3>(cells, &read),
         };
-        let numbers = numbers.ok_or_else(|| short(None))?;
+        let numbers = numbers.ok_or_else(|| no_room(&why, bytes, None, to))?;
         Ok(Taken { numbers, copied: Some(Copied { array: self.path.clone(), why, bytes }) })
+    }
+
+    /// Bytes of a copy of numbers of some size, which can be had.
+    fn room(&self, cells: &Cells, size: usize, why: &str, to: &str) -> Result<usize, Refused> {
+        let bytes = (cells.count() * cells.columns.len()).saturating_mul(size);
+        memory::room(bytes as u64).map_err(|available| no_room(why, bytes, Some(available), to))?;
+        Ok(bytes)
     }
 
     /// Rows of so many numbers; nothing where there is no memory for them.
@@ -767,6 +772,16 @@ fn shown(number: Number, bytes: &[u8]) -> String {
             if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value}") } else { format!("{value:?}") }
         }
     }
+}
+
+/// A copy would need more memory than there is.
+fn no_room(why: &str, bytes: usize, available: Option<u64>, to: &str) -> Refused {
+    let needed = explain::bytes(bytes as u64);
+    let there = available.map_or("it cannot be had".into(), |bytes| format!("{} is available", explain::bytes(bytes)));
+    Refused::new(
+        format!("is copied to be read ({why}), which takes {needed} of memory, and {there}"),
+        format!("save it as it is read in place: {}", save(&format!("numpy.ascontiguousarray(array, '{to}')"))),
+    )
 }
 
 fn no_numbers(found: &str, fix: &str) -> Refused {

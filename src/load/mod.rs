@@ -3,7 +3,11 @@
 //! Nothing is clamped, dropped or guessed: what has no picture is refused with the file, line, column and the fix.
 //! Only this module reads files, parts of pictures ([`part()`]) included; the command line and the window are its callers.
 
-use std::{path::Path, sync::Arc};
+use std::{
+    panic::{self, AssertUnwindSafe},
+    path::Path,
+    sync::Arc,
+};
 
 pub use array::Copied;
 pub use mapped::ChangedFile;
@@ -57,6 +61,20 @@ impl Watch {
     /// to be used. Some microseconds for each file.
     pub fn changed(&self) -> Option<ChangedFile> {
         self.0.iter().find_map(|file| file.changed())
+    }
+
+    /// Does work that reads the files' numbers, and throws its result away, a panic included, where a file changed
+    /// meanwhile: numbers of any value were read then.
+    ///
+    /// # Errors
+    /// The file that changed.
+    pub fn guard<T>(&self, work: impl FnOnce() -> T) -> Result<T, ChangedFile> {
+        let result = panic::catch_unwind(AssertUnwindSafe(work));
+        match (self.changed(), result) {
+            (Some(changed), _) => Err(changed),
+            (None, Ok(result)) => Ok(result),
+            (None, Err(panic)) => panic::resume_unwind(panic),
+        }
     }
 }
 

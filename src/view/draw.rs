@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::{
     camera::{Region, View},
     frame::Paint,
+    load::{ChangedFile, Watch},
     render::{Device, DrawError},
     scene::Scene,
 };
@@ -30,6 +31,17 @@ pub(super) struct Frame {
     pub milliseconds: f64,
 }
 
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NoFrame {
+    /// The device failed.
+    #[error("{0}")]
+    Draw(#[from] DrawError),
+    /// Numbers of the scene are others now. The window goes on with the picture that it has.
+    #[error("{0}")]
+    Changed(#[from] ChangedFile),
+}
+
 /// The drawing thread.
 pub(super) struct Painter {
     jobs: Sender<View>,
@@ -42,13 +54,19 @@ impl Painter {
         mut device: Device,
         scene: Scene,
         background: [u8; 3],
-        done: impl Fn(Result<Frame, DrawError>) + Send + 'static,
+        watch: Watch,
+        done: impl Fn(Result<Frame, NoFrame>) + Send + 'static,
     ) -> Self {
         let (jobs, queue) = mpsc::channel();
         let thread = thread::spawn(move || {
             let last_words = LastWords(&done);
             while let Ok(view) = queue.recv() {
-                done(draw(&mut device, &scene, background, view));
+                // What has changed is not drawn, and what changes while it is drawn is not shown.
+                let drawn = match watch.changed() {
+                    Some(changed) => Err(changed),
+                    None => watch.guard(|| draw(&mut device, &scene, background, view)),
+                };
+                done(drawn.map_err(NoFrame::from).and_then(|frame| Ok(frame?)));
             }
             drop(last_words);
         });
@@ -85,12 +103,12 @@ pub(super) fn packed([red, green, blue]: [u8; 3]) -> u32 {
 }
 
 /// Says so when the thread ends by a panic: otherwise the window would wait for ever for its picture.
-struct LastWords<'a, F: Fn(Result<Frame, DrawError>)>(&'a F);
+struct LastWords<'a, F: Fn(Result<Frame, NoFrame>)>(&'a F);
 
-impl<F: Fn(Result<Frame, DrawError>)> Drop for LastWords<'_, F> {
+impl<F: Fn(Result<Frame, NoFrame>)> Drop for LastWords<'_, F> {
     fn drop(&mut self) {
         if thread::panicking() {
-            self.0(Err(DrawError::Device("the drawing thread panicked".into())));
+            self.0(Err(DrawError::Device("the drawing thread panicked".into()).into()));
         }
     }
 }
