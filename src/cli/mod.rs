@@ -19,7 +19,13 @@ use std::{
     io::{self, IsTerminal, Write},
     panic,
     process::ExitCode,
-    time::Instant,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
+    time::{Duration, Instant},
 };
 
 use clap::{CommandFactory, Parser};
@@ -129,10 +135,44 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Does work that reads numbers in files, unless one of these changes meanwhile: see [`Watch::guard`].
+/// How often files that are in use are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// How long work may go on with numbers that nobody meant: it can take for ever, where every sphere has become the same.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// Does work that reads numbers in files, unless one of these changes meanwhile: see [`Watch::guard`]. Work that goes on after
+/// that is not waited for: the process ends.
 fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    if watch.is_empty() {
+        return work();
+    }
     silence(watch);
-    watch.guard(work)?
+    let (working, at_work) = mpsc::channel::<()>();
+    let (others, speaks) = (watch.clone(), Arc::new(AtomicBool::new(false)));
+    let first = Arc::clone(&speaks);
+    let look = move || {
+        while at_work.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+            let Some(changed) = others.changed() else { continue };
+            if at_work.recv_timeout(GRACE) == Err(RecvTimeoutError::Timeout) && !first.swap(true, Ordering::SeqCst) {
+                let failure = Failure::from(changed);
+                say(&failure.report(color_on_stderr()));
+                std::process::exit(failure.exit_code().into());
+            }
+            return;
+        }
+    };
+    // Where there is no thread to be had, work without end is not ended; all else is as ever.
+    let looking = thread::Builder::new().spawn(look);
+    let result = watch.guard(work);
+    drop(working);
+    if looking.is_ok() && speaks.swap(true, Ordering::SeqCst) {
+        // The other thread says it and ends the process.
+        loop {
+            thread::park();
+        }
+    }
+    result?
 }
 
 /// From now on a panic is not reported where a file has changed: it comes from numbers that nobody meant, and what is to be

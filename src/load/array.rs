@@ -39,7 +39,9 @@ impl Key {
     /// What to make of something that holds no numbers.
     fn example(self) -> &'static str {
         match self {
-            Self::Centers => "save an array of numbers, one row of x, y and z for each sphere, such as numpy.array(rows, 'f8')",
+            Self::Centers => {
+                "save an array of numbers, one row of x, y and z for each sphere, such as numpy.array(rows, 'f8')"
+            }
             Self::Radii => "save an array of numbers, one radius for each sphere, such as numpy.array(radii, 'f8')",
             Self::Colors => {
                 "save an array of integers from 0 to 255, one row of red, green and blue for each sphere, such as \
@@ -133,7 +135,8 @@ impl Array {
             let wanted = wanted.map_or("more than there can be".into(), |wanted| wanted.to_string());
             let shape = shape_text(&header.shape);
             let words = format!("holds {found} bytes of numbers, but its shape {shape} needs {wanted}");
-            let longer = header.shape.iter().try_fold(size, |bytes, &n| bytes.checked_mul(n)).is_some_and(|n| n < found);
+            let longer =
+                header.shape.iter().try_fold(size, |bytes, &n| bytes.checked_mul(n)).is_some_and(|n| n < found);
             return Err(Refused::new(
                 words,
                 if longer {
@@ -198,7 +201,11 @@ impl Array {
             stride = stride.saturating_mul(self.header.shape[axis]);
         };
         let all = 0..self.header.shape.len();
-        if self.header.fortran { all.for_each(&mut place) } else { all.rev().for_each(&mut place) }
+        if self.header.fortran {
+            all.for_each(&mut place)
+        } else {
+            all.rev().for_each(&mut place)
+        }
 
         let grid = match &self.header.descr {
             Descr::One(code) => {
@@ -254,7 +261,8 @@ impl Array {
                 if !fits(spheres) {
                     return Err(wrong(format!("write one {wanted} for each sphere")));
                 }
-                let code = if grid.axes.len() == 1 { code.clone() } else { format!("{code}.reshape(-1, {})", columns.len()) };
+                let code =
+                    if grid.axes.len() == 1 { code.clone() } else { format!("{code}.reshape(-1, {})", columns.len()) };
                 return Ok(Cells { code, rows: grid.axes.clone(), columns: columns.clone(), start: 0, as_is: false });
             }
         };
@@ -380,7 +388,9 @@ impl Array {
         let wrong = |fix: String| self.wrong_shape(&wanted, fix);
         if product == Some(1) {
             let value = column.1.read(self.cell(column.0, column.1)).0;
-            return Err(wrong(format!("write `radius = {value:?}` in place of `radii`, or one radius for each sphere")));
+            return Err(wrong(format!(
+                "write `radius = {value:?}` in place of `radii`, or one radius for each sphere"
+            )));
         }
         Err(wrong("write one radius for each sphere, or use `radius`".into()))
     }
@@ -479,7 +489,8 @@ impl Array {
         let unit = !integers && self.first(&rgb, |(value, _)| value > 1.0).is_none();
         let broken = || self.first(&rgb, |(value, exact)| value.fract() != 0.0 || !exact);
         if let (false, false, Some(place)) = (integers, unit, broken()) {
-            let fix = "write integers from 0 to 255: how numbers between two of them are to be rounded is not decided here";
+            let fix =
+                "write integers from 0 to 255: how numbers between two of them are to be rounded is not decided here";
             return Err(refused(&place, "not an integer from 0 to 255 (and others are not from 0 to 1)", fix));
         }
         if let Some(alpha) = alpha {
@@ -496,7 +507,8 @@ impl Array {
             }
         }
         if unit {
-            let words = format!("holds numbers from 0 to 1 of type {}, but {}", cells.type_names(), Key::Colors.types());
+            let words =
+                format!("holds numbers from 0 to 1 of type {}, but {}", cells.type_names(), Key::Colors.types());
             let code = format!("(255 * {} + 0.5).astype('u1')", cells.code);
             return Err(Refused::new(words, format!("with 1 as the brightest: {}", save(&code))));
         }
@@ -544,7 +556,10 @@ impl Array {
             return Ok(());
         }
         Err(Refused::new(
-            format!("holds long doubles, which differ between machines and do not say whose they are, but {}", key.types()),
+            format!(
+                "holds long doubles, which differ between machines and do not say whose they are, but {}",
+                key.types()
+            ),
             match key {
                 Key::Colors => "save integers from 0 to 255",
                 _ => {
@@ -561,7 +576,8 @@ impl Array {
             let at = cells.row(row);
             cells.columns.iter().position(|&(column, number)| test(number.read(self.cell(at + column, number))))
         };
-        let row = (0..cells.count()).into_par_iter().with_min_len(1 << 12).position_first(|row| found(row).is_some())?;
+        let row =
+            (0..cells.count()).into_par_iter().with_min_len(1 << 12).position_first(|row| found(row).is_some())?;
         // The file can be changing.
         let column = found(row).unwrap_or(0);
         let (at, number) = cells.columns[column];
@@ -852,11 +868,16 @@ fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refus
         let Some(&(field, start, number)) = named(name) else { continue };
         let mut all = axes.clone();
         let mut stride = number.size;
-        let inner: Vec<Axis> = field.shape.iter().rev().map(|&n| {
-            let axis = (n, stride);
-            stride = stride.saturating_mul(n);
-            axis
-        }).collect();
+        let inner: Vec<Axis> = field
+            .shape
+            .iter()
+            .rev()
+            .map(|&n| {
+                let axis = (n, stride);
+                stride = stride.saturating_mul(n);
+                axis
+            })
+            .collect();
         all.extend(inner.into_iter().rev());
         return Ok(Grid { code: quoted(&field.name), axes: all, columns: Columns::Axis(number), start, forced: true });
     }
@@ -867,11 +888,17 @@ fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refus
         Key::Colors => "red, green and blue",
     };
     Err(Refused::new(
-        format!("holds records, and none of their fields is named for `{}`: {names}", match key {
-            Key::Centers => "centers",
-            Key::Radii => "radii",
-            Key::Colors => "colors",
-        }),
-        format!("save the fields that are {what} as an array of their own; `array['{}']` is one field", fields.first().map_or(String::new(), |f| f.name.escape_debug().to_string())),
+        format!(
+            "holds records, and none of their fields is named for `{}`: {names}",
+            match key {
+                Key::Centers => "centers",
+                Key::Radii => "radii",
+                Key::Colors => "colors",
+            }
+        ),
+        format!(
+            "save the fields that are {what} as an array of their own; `array['{}']` is one field",
+            fields.first().map_or(String::new(), |f| f.name.escape_debug().to_string())
+        ),
     ))
 }

@@ -74,7 +74,8 @@ fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
             room = room.max(text.len() + piece.len()).max(text.capacity().saturating_mul(2).min(LONGEST + STEP));
             let length = text.len() as u64;
             let no_room = |available: Option<u64>| {
-                let there = available.map_or(String::new(), |bytes| format!(", and {} is available", explain::bytes(bytes)));
+                let there =
+                    available.map_or(String::new(), |bytes| format!(", and {} is available", explain::bytes(bytes)));
                 let words = format!("takes more than {} of memory to read{there}", explain::bytes(length));
                 Refused::new(words, "free some memory, or put the spheres into arrays, which are not copied")
             };

@@ -63,8 +63,14 @@ impl Watch {
         self.0.iter().find_map(|file| file.changed())
     }
 
+    /// Whether there is no such file.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Does work that reads the files' numbers, and throws its result away, a panic included, where a file changed
-    /// meanwhile: numbers of any value were read then.
+    /// meanwhile: numbers of any value were read then. It can last long with these, so that another thread may want to ask as
+    /// well.
     ///
     /// # Errors
     /// The file that changed.

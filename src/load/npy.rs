@@ -114,7 +114,9 @@ fn other_format(whole: &[u8]) -> Option<Refused> {
 
 /// Where the header's text begins and ends, from the first [`BEGINNING`] bytes of a file, or all of a shorter one.
 pub(super) fn extent(whole: &[u8]) -> Result<(usize, usize), Refused> {
-    let bad = |words: &str| Refused::new(format!("is not an .npy file: {words}"), "write the array with numpy.save(name, array)");
+    let bad = |words: &str| {
+        Refused::new(format!("is not an .npy file: {words}"), "write the array with numpy.save(name, array)")
+    };
     let cut = || bad("the header is cut short");
     if whole.is_empty() {
         return Err(bad("it is empty"));
@@ -136,7 +138,9 @@ pub(super) fn extent(whole: &[u8]) -> Result<(usize, usize), Refused> {
 
 /// Reads the header, and says where the numbers begin.
 pub(super) fn header(whole: &[u8]) -> Result<(Header, usize), Refused> {
-    let bad = |words: &str| Refused::new(format!("is not an .npy file: {words}"), "write the array with numpy.save(name, array)");
+    let bad = |words: &str| {
+        Refused::new(format!("is not an .npy file: {words}"), "write the array with numpy.save(name, array)")
+    };
     let (start, end) = extent(whole)?;
     let text = whole.get(start..end).ok_or_else(|| bad("the header is cut short"))?;
     // Versions 1 and 2 are Latin-1, whose letters are the first of Unicode.

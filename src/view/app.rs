@@ -441,7 +441,9 @@ impl ApplicationHandler<Message> for App {
             Err(NoFrame::Draw(error)) => self.fail(error.into(), event_loop),
             Err(NoFrame::Changed(changed)) => {
                 if self.changed.is_none() {
-                    (self.start.say)(&format!("error: {changed}\nthe window keeps the last picture; open it again to go on"));
+                    (self.start.say)(&format!(
+                        "error: {changed}\nthe window keeps the last picture; open it again to go on"
+                    ));
                 }
                 self.screenshots.clear();
                 self.changed = Some(changed);

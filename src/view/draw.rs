@@ -4,9 +4,13 @@
 //! are overtaken are never drawn.
 
 use std::{
-    sync::mpsc::{self, Sender},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, Sender},
+    },
     thread::{self, JoinHandle},
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use rayon::prelude::*;
@@ -42,10 +46,14 @@ pub(super) enum NoFrame {
     Changed(#[from] ChangedFile),
 }
 
+/// How often the files of a scene are looked at while it is drawn.
+const LOOK: Duration = Duration::from_millis(100);
+
 /// The drawing thread.
 pub(super) struct Painter {
     jobs: Sender<View>,
     thread: JoinHandle<()>,
+    watch: Watch,
 }
 
 impl Painter {
@@ -55,22 +63,40 @@ impl Painter {
         scene: Scene,
         background: [u8; 3],
         watch: Watch,
-        done: impl Fn(Result<Frame, NoFrame>) + Send + 'static,
+        done: impl Fn(Result<Frame, NoFrame>) + Clone + Send + 'static,
     ) -> Self {
         let (jobs, queue) = mpsc::channel();
+        let drawing = Arc::new(AtomicBool::new(false));
+        if !watch.is_empty() {
+            let (drawing, watch, done) = (Arc::downgrade(&drawing), watch.clone(), done.clone());
+            // A picture of changed numbers can take for ever: this says so without waiting for it. Where there is no thread to
+            // be had, it is said when the picture is there.
+            let _ = thread::Builder::new().spawn(move || {
+                while let Some(drawing) = drawing.upgrade() {
+                    if let (true, Some(changed)) = (drawing.load(Ordering::Relaxed), watch.changed()) {
+                        return done(Err(changed.into()));
+                    }
+                    drop(drawing);
+                    thread::sleep(LOOK);
+                }
+            });
+        }
+        let watched = watch.clone();
         let thread = thread::spawn(move || {
             let last_words = LastWords(&done);
             while let Ok(view) = queue.recv() {
+                drawing.store(true, Ordering::Relaxed);
                 // What has changed is not drawn, and what changes while it is drawn is not shown.
-                let drawn = match watch.changed() {
+                let drawn = match watched.changed() {
                     Some(changed) => Err(changed),
-                    None => watch.guard(|| draw(&mut device, &scene, background, view)),
+                    None => watched.guard(|| draw(&mut device, &scene, background, view)),
                 };
+                drawing.store(false, Ordering::Relaxed);
                 done(drawn.map_err(NoFrame::from).and_then(|frame| Ok(frame?)));
             }
             drop(last_words);
         });
-        Self { jobs, thread }
+        Self { jobs, thread, watch }
     }
 
     /// Begins a picture. One at a time: the next when this one is done.
@@ -79,10 +105,13 @@ impl Painter {
         let _ = self.jobs.send(view);
     }
 
-    /// Ends the thread after the picture that is under way.
+    /// Ends the thread after the picture that is under way, unless that is one of changed numbers.
     pub fn end(self) {
-        let Self { jobs, thread } = self;
+        let Self { jobs, thread, watch } = self;
         drop(jobs);
+        if watch.changed().is_some() {
+            return;
+        }
         // If it panicked it has reported that.
         let _ = thread.join();
     }
