@@ -1,11 +1,13 @@
-//! How much memory is left: in the machine, in the control groups that the process runs in, and under its own limits.
+//! How much memory is left: in the machine, in the control groups that the process runs in, and
+//! under its own limits.
 
-/// Bytes that this process can still have without the system having to swap, or to end it; unknown on other systems than
-/// Linux. The least of what each of these leaves:
+/// Bytes that this process can still have without the system having to swap, or to end it; unknown
+/// on other systems than Linux. The least of what each of these leaves:
 ///
 /// * the machine (`MemAvailable` of `/proc/meminfo`);
-/// * each control group around the process, of either version, as containers and batch systems set them: its limit
-///   less what it uses, not counting files that the system keeps in memory and can drop;
+/// * each control group around the process, of either version, as containers and batch systems set
+///   them: its limit less what it uses, not counting files that the system keeps in memory and can
+///   drop;
 /// * the limits of the process, `RLIMIT_AS` (`ulimit -v`) and `RLIMIT_DATA` (`ulimit -d`).
 pub fn available() -> Option<u64> {
     #[cfg(target_os = "linux")]
@@ -80,7 +82,8 @@ mod linux {
         Two,
     }
 
-    /// The folders of the groups around the process, outermost first, from `/proc/self/mountinfo` and `/proc/self/cgroup`.
+    /// The folders of the groups around the process, outermost first, from `/proc/self/mountinfo`
+    /// and `/proc/self/cgroup`.
     pub fn folders(mounts: &str, groups: &str) -> Vec<(Version, Vec<PathBuf>)> {
         let mut found = Vec::new();
         for line in mounts.lines() {
@@ -105,8 +108,9 @@ mod linux {
                 this.then_some(path)
             });
             let Some(own) = own else { continue };
-            // What is mounted may be a group itself, and the path may be one outside of what a container sees; then the
-            // mount is the outermost group that is seen, and limits it all the same.
+            // What is mounted may be a group itself, and the path may be one outside of what a
+            // container sees; then the mount is the outermost group that is seen, and limits it all
+            // the same.
             let inside = Path::new(own).strip_prefix(&root).unwrap_or(Path::new(""));
             let mut folder = PathBuf::from(mount);
             let mut folders = vec![folder.clone()];

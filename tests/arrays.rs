@@ -1,9 +1,9 @@
-//! Arrays as people have them: what holds the right numbers is read, a fix that is printed leads to the right picture when
-//! it is obeyed word for word, and nothing that is no file, has no end, or changes while it is in use ends in anything but
-//! words.
+//! Arrays as people have them: what holds the right numbers is read, a fix that is printed leads to
+//! the right picture when it is obeyed word for word, and nothing that is no file, has no end, or
+//! changes while it is in use ends in anything but words.
 //!
-//! The program itself is run. Where a fix is written in Python, [`python`] does what it says to the array: it knows the
-//! expressions that are printed and no others.
+//! The program itself is run. Where a fix is written in Python, [`python`] does what it says to the
+//! array: it knows the expressions that are printed and no others.
 
 use std::{
     fs,
@@ -348,7 +348,8 @@ type Case = (&'static str, &'static str, Saved, Option<Array>, End);
 fn cases() -> Vec<Case> {
     let n = Saved::Numbers;
     let mut cases: Vec<Case> = Vec::new();
-    // What holds the right numbers is read: every type, both orders of bytes, both orders of the array.
+    // What holds the right numbers is read: every type, both orders of bytes, both orders of the
+    // array.
     for code in ["<f8", ">f8", "=f8", "<f16"] {
         cases.push((code, "centers", n(centers().of(code)), None, IsRead));
         cases.push((code, "radii", n(radii().of(code)), None, IsRead));
@@ -454,7 +455,7 @@ fn cases() -> Vec<Case> {
     long[end - 16] = 1;
     let wanted = Words(&["element [3, 2] is a long double next to -1.5, which no 64-bit float equals"]);
     cases.push(("a long double that is no float", "centers", Saved::Bytes(long), None, wanted));
-    let quads = vec![[0u8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x40, 1, 0x40]; 12].concat();
+    let quads = [[0u8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x40, 1, 0x40]; 12].concat();
     let wanted = Words(&["long doubles, which differ between machines"]);
     cases.push((
         "another machine's long doubles",
@@ -635,7 +636,8 @@ fn what_is_asked_for_depends_on_the_key() {
     }
 }
 
-/// Without other arrays a table of 3 rows is in doubt when it has few columns, and is not when it has many.
+/// Without other arrays a table of 3 rows is in doubt when it has few columns, and is not when it
+/// has many.
 #[test]
 fn shapes_in_doubt_are_not_guessed() {
     let folder = tempfile::tempdir().unwrap();
@@ -734,7 +736,8 @@ fn pipe(path: &Path) {
     assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
 }
 
-/// Each of these at each place where a file is read: refused at once, with the name and a fix, and nothing is written.
+/// Each of these at each place where a file is read: refused at once, with the name and a fix, and
+/// nothing is written.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_is_no_file_is_refused_at_once() {
@@ -799,7 +802,8 @@ fn what_is_no_file_is_refused_at_once() {
     assert!(tried >= 60, "{tried}");
 }
 
-/// Scenes may come through pipes, from programs that are slow to begin and slow to end, but not without end.
+/// Scenes may come through pipes, from programs that are slow to begin and slow to end, but not
+/// without end.
 #[cfg(unix)]
 #[test]
 fn scenes_come_through_pipes() {
@@ -883,8 +887,8 @@ fn random(seed: u64) -> impl FnMut() -> u64 {
     }
 }
 
-/// At a moment of a drawing that goes with the round, something is done to an array: the picture is the one of before, or
-/// the one of after, or there are words and nothing is written.
+/// At a moment of a drawing that goes with the round, something is done to an array: the picture is
+/// the one of before, or the one of after, or there are words and nothing is written.
 #[test]
 fn arrays_that_change_give_words_or_a_whole_picture() {
     use std::io::{Seek, SeekFrom};
@@ -945,7 +949,8 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
                 match output.status.code() {
                     Some(0) => {
                         let picture = picture.expect("a picture");
-                        // Numbers that were there before the program looked are numbers like others.
+                        // Numbers that were there before the program looked are numbers like
+                        // others.
                         let known =
                             picture == old || what == "renamed over" && picture == new || what == "other numbers";
                         assert!(known, "{name} {what} after {wait} ms: a mixture");
@@ -967,12 +972,14 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
     assert!(told > 0, "no change fell into a drawing");
 }
 
-/// Whatever is written into arrays while they are drawn, the program ends soon, with words, without a panic, and writes
-/// nothing: numbers of every kind, at random moments of a drawing that takes a second and more.
+/// Whatever is written into arrays while they are drawn, the program ends soon, with words, without
+/// a panic, and writes nothing: numbers of every kind, at random moments of a drawing that takes a
+/// second and more.
 #[test]
 fn a_drawing_survives_any_numbers() {
     use std::io::{Seek, SeekFrom};
-    let kinds: [(&str, fn(u64) -> u64); 12] = [
+    type Number = fn(u64) -> u64;
+    let kinds: [(&str, Number); 12] = [
         ("NaN", |_| f64::NAN.to_bits()),
         ("infinity", |_| f64::INFINITY.to_bits()),
         ("the greatest", |_| f64::MAX.to_bits()),

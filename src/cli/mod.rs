@@ -84,12 +84,7 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-<<<<<<< HEAD
-            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Merge(_) | Self::Plane(_) => 2,
-            Self::Draw(DrawError::View(_)) => 2,
-=======
-            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Changed(_) | Self::Merge(_) => 2,
->>>>>>> d6530ef (Arrays: what is read, what is fixed, and files that change while they are in use)
+            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Changed(_) | Self::Merge(_) | Self::Plane(_) => 2,
             Self::Device(_) | Self::Draw(_) => 3,
             Self::Check(_) => 1,
             Self::Bench(error) => match error {
@@ -138,11 +133,12 @@ pub fn main() -> ExitCode {
 /// How often files that are in use are looked at.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How long work may go on with numbers that nobody meant: it can take for ever, where every sphere has become the same.
+/// How long work may go on with numbers that nobody meant: it can take for ever, where every sphere
+/// has become the same.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Does work that reads numbers in files, unless one of these changes meanwhile: see [`Watch::guard`]. Work that goes on after
-/// that is not waited for: the process ends.
+/// Does work that reads numbers in files, unless one of these changes meanwhile: see
+/// [`Watch::guard`]. Work that goes on after that is not waited for: the process ends.
 fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
     if watch.is_empty() {
         return work();
@@ -175,8 +171,8 @@ fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -
     result?
 }
 
-/// From now on a panic is not reported where a file has changed: it comes from numbers that nobody meant, and what is to be
-/// said is said instead.
+/// From now on a panic is not reported where a file has changed: it comes from numbers that nobody
+/// meant, and what is to be said is said instead.
 fn silence(watch: &Watch) {
     let (former, watch) = (panic::take_hook(), watch.clone());
     panic::set_hook(Box::new(move |panic| {

@@ -1,9 +1,11 @@
 //! What an array must be for the key that names it, and what to do about one that is not.
 //!
-//! Centres are rows of three numbers, radii one number each, colours rows of three bytes. What holds just these numbers is
-//! read, whatever their type, byte order and order in the file: in place where they lie as the engine reads them, else copied
-//! and said so. Everything else is refused with the way from what the file holds to what is needed. A fix that is written in
-//! Python loses, rounds and guesses nothing; where no expression can promise that, the fix says what is to be decided.
+//! Centres are rows of three numbers, radii one number each, colours rows of three bytes. What
+//! holds just these numbers is read, whatever their type, byte order and order in the file: in
+//! place where they lie as the engine reads them, else copied and said so. Everything else is
+//! refused with the way from what the file holds to what is needed. A fix that is written in Python
+//! loses, rounds and guesses nothing; where no expression can promise that, the fix says what is to
+//! be decided.
 
 use std::{ops::Range, path::PathBuf, sync::Arc};
 
@@ -149,7 +151,8 @@ impl Array {
         Ok(Self { bytes, offset, header, path, mapped })
     }
 
-    /// How many spheres the shape speaks of, where it leaves no doubt; for the centres, whose shape may be in doubt.
+    /// How many spheres the shape speaks of, where it leaves no doubt; for the centres, whose shape
+    /// may be in doubt.
     pub fn count(&self, key: Key) -> Option<usize> {
         let long: Vec<usize> = self.header.shape.iter().copied().filter(|&n| n != 1).collect();
         match (key, long.as_slice()) {
@@ -159,7 +162,8 @@ impl Array {
         }
     }
 
-    /// The numbers as centres, and how many; `count` where other arrays say how many there should be.
+    /// The numbers as centres, and how many; `count` where other arrays say how many there should
+    /// be.
     ///
     /// # Errors
     /// When they are no centres.

@@ -62,7 +62,8 @@ fn too_long() -> Refused {
     )
 }
 
-/// Reads to the end, of about so many bytes where that is known. Bytes that no text has end it early.
+/// Reads to the end, of about so many bytes where that is known. Bytes that no text has end it
+/// early.
 fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
     const STEP: usize = 1 << 20;
     let mut text = Vec::new();
@@ -103,7 +104,8 @@ fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
     }
 }
 
-/// A pipe that was opened without waiting for its writer: this waits, a moment for one to come, and then for what it writes.
+/// A pipe that was opened without waiting for its writer: this waits, a moment for one to come, and
+/// then for what it writes.
 #[cfg(unix)]
 struct Pipe {
     file: File,
@@ -125,7 +127,8 @@ impl Read for Pipe {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
                     self.written = true;
                     let mut poll = libc::pollfd { fd: self.file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
-                    // SAFETY: one structure of the system's own layout, for a descriptor that is open.
+                    // SAFETY: one structure of the system's own layout, for a descriptor that is
+                    // open.
                     if unsafe { libc::poll(&raw mut poll, 1, -1) } < 0 {
                         return Err(io::Error::last_os_error());
                     }

@@ -1,20 +1,24 @@
 //! Files that are mapped while other programs may change them.
 //!
-//! A picture takes seconds, a window hours, and a file of numbers can be written to meanwhile. Three things keep that from
-//! ending in a bus error or in a picture of half of each:
+//! A picture takes seconds, a window hours, and a file of numbers can be written to meanwhile.
+//! Three things keep that from ending in a bus error or in a picture of half of each:
 //!
 //! * Only regular files are opened, and nothing here waits for one ([`open_regular`]).
-//! * A mapping knows the file it is of ([`Mapped::changed`]): its length and the times of its last change, taken when it was
-//!   opened. Whoever draws asks afterwards, before anything is given away, and throws the picture away when they differ.
-//! * Where a file is cut short, reading its lost pages is a bus error (`SIGBUS`). A handler puts zeros in place of the whole
-//!   mapping and notes it; the program goes on to the same question. Any other bus error goes where it went before.
+//! * A mapping knows the file it is of ([`Mapped::changed`]): its length and the times of its last
+//!   change, taken when it was opened. Whoever draws asks afterwards, before anything is given
+//!   away, and throws the picture away when they differ.
+//! * Where a file is cut short, reading its lost pages is a bus error (`SIGBUS`). A handler puts
+//!   zeros in place of the whole mapping and notes it; the program goes on to the same question.
+//!   Any other bus error goes where it went before.
 //!
-//! A name that leads elsewhere is no change: the mapping stays with the file it was opened from, so that a file that is
-//! written beside and renamed over is never seen in part. Files of at most [`SMALL`] bytes are read and not mapped.
+//! A name that leads elsewhere is no change: the mapping stays with the file it was opened from, so
+//! that a file that is written beside and renamed over is never seen in part. Files of at most
+//! [`SMALL`] bytes are read and not mapped.
 //!
-//! What the times of a file do not tell stays unseen: changes on another machine, for as long as a network file system keeps
-//! what it knows (`actimeo` of NFS), and a program that had the file mapped for writing, and had written to the same pages,
-//! before it was opened here. On systems other than Unix a mapped file cannot be cut short, and there is no handler.
+//! What the times of a file do not tell stays unseen: changes on another machine, for as long as a
+//! network file system keeps what it knows (`actimeo` of NFS), and a program that had the file
+//! mapped for writing, and had written to the same pages, before it was opened here. On systems
+//! other than Unix a mapped file cannot be cut short, and there is no handler.
 
 use std::{
     fs::{self, File, Metadata},
@@ -26,7 +30,8 @@ use std::{
 use bytes::Bytes;
 use memmap2::Mmap;
 
-/// Files of at most so many bytes are read, not mapped: that takes no longer, and they cannot change afterwards.
+/// Files of at most so many bytes are read, not mapped: that takes no longer, and they cannot
+/// change afterwards.
 pub(super) const SMALL: u64 = 1 << 18;
 
 /// A file that is in use has changed: nothing that was drawn meanwhile is right.
@@ -97,7 +102,8 @@ pub(super) fn special(metadata: &Metadata) -> Option<&'static str> {
     Some(if kind.is_dir() { "a folder" } else { "something else" })
 }
 
-/// Opens a file that must be regular, and never waits: what is at the name is looked at before and after.
+/// Opens a file that must be regular, and never waits: what is at the name is looked at before and
+/// after.
 pub(super) fn open_regular(path: &Path) -> Result<(File, Metadata), OpenError> {
     let refuse = |metadata: Metadata| special(&metadata).map_or(Ok(metadata), |what| Err(OpenError::NotRegular(what)));
     // To open a pipe or a device can have effects of its own.
@@ -120,8 +126,8 @@ pub(super) fn open_at_once(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// Takes as many descriptors as the system lets this process have. Each mapped array keeps one, so that a scene of some
-/// hundred large arrays can need more than the usual 1024.
+/// Takes as many descriptors as the system lets this process have. Each mapped array keeps one, so
+/// that a scene of some hundred large arrays can need more than the usual 1024.
 #[cfg(unix)]
 fn more_descriptors() -> bool {
     let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
@@ -153,7 +159,8 @@ struct Identity {
     length: u64,
     /// When the contents changed last, as far as anyone lets on.
     modified: (i64, i64),
-    /// When anything about it changed last, its names and permissions included: the system's, nobody sets it back.
+    /// When anything about it changed last, its names and permissions included: the system's,
+    /// nobody sets it back.
     changed: (i64, i64),
     /// How many names it has.
     links: u64,
@@ -184,8 +191,8 @@ impl Identity {
         Self { length: metadata.len(), modified, changed: modified, links: 1, place: (0, 0) }
     }
 
-    /// Whether the file can have other contents now. A name that came, went or leads elsewhere changes a file's times
-    /// and nothing in it.
+    /// Whether the file can have other contents now. A name that came, went or leads elsewhere
+    /// changes a file's times and nothing in it.
     fn differs(&self, now: &Self, path: &Path) -> bool {
         if (self.length, self.modified) != (now.length, now.modified) {
             return true;
@@ -195,8 +202,8 @@ impl Identity {
     }
 }
 
-/// Waits, some milliseconds at most, until a change would have another time than the last one had: a file's times are
-/// those of a clock that moves in steps.
+/// Waits, some milliseconds at most, until a change would have another time than the last one had:
+/// a file's times are those of a clock that moves in steps.
 fn settle(file: &File) -> io::Result<Identity> {
     for _ in 0..25 {
         let identity = Identity::of(&file.metadata()?);
@@ -255,9 +262,9 @@ impl Mapped {
     /// Maps a file that was opened by [`open_regular`] and is not empty.
     pub fn new(path: &Path, file: File) -> io::Result<Arc<Self>> {
         let identity = settle(&file)?;
-        // SAFETY: the map is only read. Another program can change the file meanwhile: numbers of any value are read then,
-        // as every reader of this type must bear; whether that happened is asked before anything is made of them. Where the
-        // file is cut short, the guard puts zeros.
+        // SAFETY: the map is only read. Another program can change the file meanwhile: numbers of
+        // any value are read then, as every reader of this type must bear; whether that happened is
+        // asked before anything is made of them. Where the file is cut short, the guard puts zeros.
         let map = unsafe { Mmap::map(&file)? };
         Ok(Arc::new(Self {
             #[cfg(unix)]
@@ -328,8 +335,8 @@ mod guard {
 
     use libc::{c_int, c_void, siginfo_t};
 
-    /// Where a mapping lies. Slots are made as they are needed, used again, and never freed: the handler may walk over them at
-    /// any time.
+    /// Where a mapping lies. Slots are made as they are needed, used again, and never freed: the
+    /// handler may walk over them at any time.
     struct Slot {
         /// Whether somebody has it.
         taken: AtomicBool,
@@ -342,7 +349,8 @@ mod guard {
         next: *const Slot,
     }
 
-    // SAFETY: `next` is written before the slot is shared and leads to a slot that is never freed; the rest is atomic.
+    // SAFETY: `next` is written before the slot is shared and leads to a slot that is never freed;
+    // the rest is atomic.
     unsafe impl Sync for Slot {}
 
     /// The newest slot.
@@ -414,8 +422,8 @@ mod guard {
     static FORMER: OnceLock<libc::sigaction> = OnceLock::new();
 
     fn install() {
-        // SAFETY: both structures are the system's own, zeros are a value of each, and the handler has the form that SA_SIGINFO
-        // asks for.
+        // SAFETY: both structures are the system's own, zeros are a value of each, and the handler
+        // has the form that SA_SIGINFO asks for.
         unsafe {
             let mut former: libc::sigaction = std::mem::zeroed();
             if libc::sigaction(libc::SIGBUS, ptr::null(), &raw mut former) != 0 {
@@ -432,11 +440,12 @@ mod guard {
         }
     }
 
-    /// Runs in the middle of anything: it reads and writes atomics and calls the system (`mmap`, `sigaction`, `raise`), and
-    /// neither allocates nor locks.
+    /// Runs in the middle of anything: it reads and writes atomics and calls the system (`mmap`,
+    /// `sigaction`, `raise`), and neither allocates nor locks.
     extern "C" fn on_bus_error(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
         let errno = errno();
-        // SAFETY: the system gives a structure that is filled in; for codes above 0 it is that of a fault, with an address.
+        // SAFETY: the system gives a structure that is filled in; for codes above 0 it is that of a
+        // fault, with an address.
         let address = unsafe { if (*info).si_code > 0 { (*info).si_addr() as usize } else { 0 } };
         let recovered = address != 0 && slots().any(|slot| recover(slot, address));
         if !recovered {
@@ -457,8 +466,9 @@ mod guard {
         }
         slot.lost.store(true, SeqCst);
         let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS | libc::MAP_FIXED | libc::MAP_NORESERVE;
-        // SAFETY: exactly the pages of a mapping of ours, which the thread that stands at the fault holds: nobody unmaps it.
-        // Others may read there at the same time, and find the file's numbers or zeros.
+        // SAFETY: exactly the pages of a mapping of ours, which the thread that stands at the fault
+        // holds: nobody unmaps it. Others may read there at the same time, and find the file's
+        // numbers or zeros.
         let zeros = unsafe { libc::mmap(start as *mut c_void, length, libc::PROT_READ, flags, -1, 0) };
         zeros as usize == start
     }
@@ -466,7 +476,8 @@ mod guard {
     /// Does what would have been done without this handler.
     fn pass_on(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
         let former = FORMER.get().map_or((libc::SIG_DFL, 0), |former| (former.sa_sigaction, former.sa_flags));
-        // SAFETY: an address that is neither of the two is a handler that somebody installed, of the form its flags say.
+        // SAFETY: an address that is neither of the two is a handler that somebody installed, of
+        // the form its flags say.
         unsafe {
             match former {
                 (libc::SIG_IGN, _) if (*info).si_code <= 0 => {}
@@ -577,7 +588,8 @@ mod tests {
         }
     }
 
-    /// Pages that are gone read as zeros, in many threads at once, and mappings come and go meanwhile.
+    /// Pages that are gone read as zeros, in many threads at once, and mappings come and go
+    /// meanwhile.
     #[cfg(unix)]
     #[test]
     fn a_file_that_is_cut_short_reads_as_zeros() {
@@ -604,12 +616,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let _socket = std::os::unix::net::UnixListener::bind(folder.path().join("socket")).unwrap();
         for (path, wanted) in [("/dev/null", "a device"), ("/dev/zero", "a device"), ("/", "a folder")] {
-            let error = open_regular(Path::new(path)).err().expect("not a regular file");
+            let error = open_regular(Path::new(path)).expect_err("not a regular file");
             assert_eq!(error.to_string(), format!("is {wanted}, not a regular file"));
         }
-        let error = open_regular(&folder.path().join("socket")).err().expect("not a regular file");
+        let error = open_regular(&folder.path().join("socket")).expect_err("not a regular file");
         assert_eq!(error.to_string(), "is a socket, not a regular file");
-        let error = open_regular(&folder.path().join("gone")).err().expect("no file");
+        let error = open_regular(&folder.path().join("gone")).expect_err("no file");
         assert!(matches!(error, OpenError::Missing));
     }
 }

@@ -57,8 +57,8 @@ pub struct Loaded {
 pub struct Watch(Vec<Arc<mapped::Mapped>>);
 
 impl Watch {
-    /// The first of the files that may have changed since it was opened: whatever was made of its numbers since is not
-    /// to be used. Some microseconds for each file.
+    /// The first of the files that may have changed since it was opened: whatever was made of its
+    /// numbers since is not to be used. Some microseconds for each file.
     pub fn changed(&self) -> Option<ChangedFile> {
         self.0.iter().find_map(|file| file.changed())
     }
@@ -68,9 +68,9 @@ impl Watch {
         self.0.is_empty()
     }
 
-    /// Does work that reads the files' numbers, and throws its result away, a panic included, where a file changed
-    /// meanwhile: numbers of any value were read then. It can last long with these, so that another thread may want to ask as
-    /// well.
+    /// Does work that reads the files' numbers, and throws its result away, a panic included, where
+    /// a file changed meanwhile: numbers of any value were read then. It can last long with these,
+    /// so that another thread may want to ask as well.
     ///
     /// # Errors
     /// The file that changed.

@@ -1,7 +1,8 @@
-//! Reads the headers of NumPy arrays (`.npy` files), and single numbers of every type that NumPy knows.
+//! Reads the headers of NumPy arrays (`.npy` files), and single numbers of every type that NumPy
+//! knows.
 //!
-//! The format: NEP 1, "A simple file format for NumPy arrays". The header is a Python literal, and is read as one. This file
-//! knows nothing of scenes, and of no file more than its bytes.
+//! The format: NEP 1, "A simple file format for NumPy arrays". The header is a Python literal, and
+//! is read as one. This file knows nothing of scenes, and of no file more than its bytes.
 
 use half::f16;
 
@@ -112,7 +113,8 @@ fn other_format(whole: &[u8]) -> Option<Refused> {
     }
 }
 
-/// Where the header's text begins and ends, from the first [`BEGINNING`] bytes of a file, or all of a shorter one.
+/// Where the header's text begins and ends, from the first [`BEGINNING`] bytes of a file, or all of
+/// a shorter one.
 pub(super) fn extent(whole: &[u8]) -> Result<(usize, usize), Refused> {
     let bad = |words: &str| {
         Refused::new(format!("is not an .npy file: {words}"), "write the array with numpy.save(name, array)")
@@ -401,8 +403,8 @@ impl Number {
         }
     }
 
-    /// Reads one, of exactly its number of bytes: a 64-bit float next to it, and whether that is the number itself. Of a
-    /// complex number it reads the real part.
+    /// Reads one, of exactly its number of bytes: a 64-bit float next to it, and whether that is
+    /// the number itself. Of a complex number it reads the real part.
     #[inline]
     pub fn read(self, bytes: &[u8]) -> (f64, bool) {
         let mut little = [0; 16];
@@ -427,8 +429,8 @@ impl Number {
     }
 }
 
-/// A number of the x87's 80 bits: a 64-bit float next to it, and whether that is the number itself. Nothing where the bits are
-/// no number.
+/// A number of the x87's 80 bits: a 64-bit float next to it, and whether that is the number itself.
+/// Nothing where the bits are no number.
 fn extended(fraction: u64, sign_and_exponent: u16) -> Option<(f64, bool)> {
     let exponent = i32::from(sign_and_exponent & 0x7fff);
     let sign = if sign_and_exponent >> 15 == 1 { -1.0 } else { 1.0 };
@@ -453,8 +455,9 @@ fn extended(fraction: u64, sign_and_exponent: u16) -> Option<(f64, bool)> {
     Some((sign * scaled, exact))
 }
 
-/// Whether long doubles can be told to be the x87's: one machine's file does not say how another one's are meant. These have 10
-/// bytes and nothing in the others, or bits that only a number of 80 bits has, all of them numbers.
+/// Whether long doubles can be told to be the x87's: one machine's file does not say how another
+/// one's are meant. These have 10 bytes and nothing in the others, or bits that only a number of 80
+/// bits has, all of them numbers.
 pub(super) fn are_extended<'a>(numbers: impl Iterator<Item = &'a [u8]>) -> bool {
     let (mut padded, mut round) = (true, true);
     for bytes in numbers {
@@ -560,7 +563,7 @@ mod tests {
             ("<i8", &[0, 0, 0, 0, 0, 0, 0, 0x80], (-9223372036854775808.0, true)),
             ("<u8", &[0xff; 8], (18446744073709551616.0, false)),
             ("<f2", &[0x00, 0xbc], (-1.0, true)),
-            (">f2", &[0x00, 0x01], (5.9604644775390625e-8, true)),
+            (">f2", &[0x00, 0x01], (2f64.powi(-24), true)),
             ("=f4", &[0, 0, 0xc0, 0x3f], (1.5, true)),
             (">f8", &[0x3f, 0xb9, 0x99, 0x99, 0x99, 0x99, 0x99, 0x9a], (0.1, true)),
             ("<c8", &[0, 0, 0xc0, 0x3f, 9, 9, 9, 9], (1.5, true)),

@@ -30,7 +30,8 @@ const FIX: &str = "write it with `planisphere render SCENE --visibility FILE.npz
 /// What is wrong, and the fix.
 type Problem = (String, &'static str);
 
-/// Reads a part. The file stays mapped: it must not be changed while the part is in use. [`parts`] lets one know.
+/// Reads a part. The file stays mapped: it must not be changed while the part is in use. [`parts`]
+/// lets one know.
 ///
 /// # Errors
 /// When it cannot be read, is not a part, or not as it was written.
@@ -38,8 +39,8 @@ pub fn part(path: &Path) -> Result<Part, LoadError> {
     watched(path).map(|(part, _)| part)
 }
 
-/// Reads parts, and watches their files, which stay mapped: before a picture that was merged of them is used,
-/// [`Watch::changed`] is asked.
+/// Reads parts, and watches their files, which stay mapped: before a picture that was merged of
+/// them is used, [`Watch::changed`] is asked.
 ///
 /// # Errors
 /// As [`part`].

@@ -233,7 +233,8 @@ impl Files {
         taken.numbers
     }
 
-    /// A file that changed while its numbers were looked at: whatever was found in them is not to be believed.
+    /// A file that changed while its numbers were looked at: whatever was found in them is not to
+    /// be believed.
     fn changed(&self) -> Option<Fault> {
         self.mapped.iter().find_map(|(file, span)| {
             let words = file.changed()?.to_string();
@@ -317,7 +318,8 @@ fn read_block(value: &Value, folder: &Path, files: &mut Files) -> Result<(Block,
     let Some(centers) = open(&section, "centers", folder)? else {
         return Err(missing(&section, "centers", "centers = \"centers.npy\", an array of shape (N, 3)"));
     };
-    // The others are needed to understand centres of a wrong shape; what is wrong with them is told after that.
+    // The others are needed to understand centres of a wrong shape; what is wrong with them is told
+    // after that.
     let (radii, colors) = (open(&section, "radii", folder), open(&section, "colors", folder));
     let says = |array: &Result<Option<Named>, Fault>, key| array.as_ref().ok()?.as_ref()?.array.count(key);
     let count = match (says(&radii, Key::Radii), says(&colors, Key::Colors)) {

@@ -69,8 +69,8 @@ impl Painter {
         let drawing = Arc::new(AtomicBool::new(false));
         if !watch.is_empty() {
             let (drawing, watch, done) = (Arc::downgrade(&drawing), watch.clone(), done.clone());
-            // A picture of changed numbers can take for ever: this says so without waiting for it. Where there is no thread to
-            // be had, it is said when the picture is there.
+            // A picture of changed numbers can take for ever: this says so without waiting for it.
+            // Where there is no thread to be had, it is said when the picture is there.
             let _ = thread::Builder::new().spawn(move || {
                 while let Some(drawing) = drawing.upgrade() {
                     if let (true, Some(changed)) = (drawing.load(Ordering::Relaxed), watch.changed()) {
