@@ -153,7 +153,7 @@ fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -
             if at_work.recv_timeout(GRACE) == Err(RecvTimeoutError::Timeout) && !first.swap(true, Ordering::SeqCst) {
                 let failure = Failure::from(changed);
                 say(&failure.report(color_on_stderr()));
-                std::process::exit(failure.exit_code().into());
+                end(failure.exit_code());
             }
             return;
         }
@@ -169,6 +169,18 @@ fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -
         }
     }
     result?
+}
+
+/// Ends the process while other threads are at work: nothing of theirs is waited for, and nothing
+/// that they use is taken down.
+fn end(code: u8) -> ! {
+    #[cfg(unix)]
+    // SAFETY: a call that does not come back, and touches nothing.
+    unsafe {
+        libc::_exit(code.into())
+    }
+    #[cfg(not(unix))]
+    std::process::exit(code.into())
 }
 
 /// From now on a panic is not reported where a file has changed: it comes from numbers that nobody

@@ -30,8 +30,9 @@ use std::{
 use bytes::Bytes;
 use memmap2::Mmap;
 
-/// Files of at most so many bytes are read, not mapped: that takes no longer, and they cannot
-/// change afterwards.
+/// Files of at most so many bytes are read, not mapped: that is as fast, and they cannot change
+/// afterwards. Measured, to open a file and add its numbers up: 13 us read and 18 us mapped at this
+/// size, 48 us both ways at 1 MiB, 175 us and 61 us at 4 MiB.
 pub(super) const SMALL: u64 = 1 << 18;
 
 /// A file that is in use has changed: nothing that was drawn meanwhile is right.

@@ -4,11 +4,7 @@
 //! are overtaken are never drawn.
 
 use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-        mpsc::{self, Sender},
-    },
+    sync::mpsc::{self, RecvTimeoutError, Sender},
     thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
@@ -66,18 +62,24 @@ impl Painter {
         done: impl Fn(Result<Frame, NoFrame>) + Clone + Send + 'static,
     ) -> Self {
         let (jobs, queue) = mpsc::channel();
-        let drawing = Arc::new(AtomicBool::new(false));
+        let (begin_or_end, begins_and_ends) = mpsc::channel();
         if !watch.is_empty() {
-            let (drawing, watch, done) = (Arc::downgrade(&drawing), watch.clone(), done.clone());
+            let (watch, done) = (watch.clone(), done.clone());
             // A picture of changed numbers can take for ever: this says so without waiting for it.
             // Where there is no thread to be had, it is said when the picture is there.
             let _ = thread::Builder::new().spawn(move || {
-                while let Some(drawing) = drawing.upgrade() {
-                    if let (true, Some(changed)) = (drawing.load(Ordering::Relaxed), watch.changed()) {
-                        return done(Err(changed.into()));
+                while let Ok(mut drawing) = begins_and_ends.recv() {
+                    while drawing {
+                        match begins_and_ends.recv_timeout(LOOK) {
+                            Ok(now) => drawing = now,
+                            Err(RecvTimeoutError::Disconnected) => return,
+                            Err(RecvTimeoutError::Timeout) => {
+                                if let Some(changed) = watch.changed() {
+                                    return done(Err(changed.into()));
+                                }
+                            }
+                        }
                     }
-                    drop(drawing);
-                    thread::sleep(LOOK);
                 }
             });
         }
@@ -85,13 +87,14 @@ impl Painter {
         let thread = thread::spawn(move || {
             let last_words = LastWords(&done);
             while let Ok(view) = queue.recv() {
-                drawing.store(true, Ordering::Relaxed);
+                // Whoever listened has said all there is to say.
+                let _ = begin_or_end.send(true);
                 // What has changed is not drawn, and what changes while it is drawn is not shown.
                 let drawn = match watched.changed() {
                     Some(changed) => Err(changed),
                     None => watched.guard(|| draw(&mut device, &scene, background, view)),
                 };
-                drawing.store(false, Ordering::Relaxed);
+                let _ = begin_or_end.send(false);
                 done(drawn.map_err(NoFrame::from).and_then(|frame| Ok(frame?)));
             }
             drop(last_words);
