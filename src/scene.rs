@@ -73,6 +73,16 @@ impl<T: Pod + Send> Column<T> {
     }
 }
 
+impl<T: Pod + Send> Column<T> {
+    /// Takes rows of numbers, one row after another.
+    pub fn of_rows<const N: usize>(rows: Vec<[T; N]>) -> Self
+    where
+        [T; N]: Pod,
+    {
+        Self { bytes: Bytes::from_owner(Owned(rows)), kind: PhantomData }
+    }
+}
+
 impl<T: Pod + Send> From<Vec<T>> for Column<T> {
     fn from(values: Vec<T>) -> Self {
         Self { bytes: Bytes::from_owner(Owned(values)), kind: PhantomData }
@@ -245,6 +255,12 @@ pub enum SceneError {
         wanted: usize,
         /// Spheres in the block.
         spheres: usize,
+    },
+    /// The numbers were others at a second look: something writes to them.
+    #[error("block {block}: the numbers change while they are read")]
+    Changing {
+        /// Block.
+        block: usize,
     },
     /// More spheres than indices.
     #[error("{0} spheres are more than the limit of 2147483647")]
@@ -561,7 +577,8 @@ fn first_fault(number: usize, block: &Block) -> SceneError {
             return SceneError::Radius { block: number, index, value };
         }
     }
-    unreachable!("the survey and this search apply the same tests")
+    // The survey and this search apply the same tests.
+    SceneError::Changing { block: number }
 }
 
 #[cfg(test)]

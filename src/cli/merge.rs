@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{
@@ -14,14 +13,11 @@ use super::{
     progress::Progress,
     render::{milliseconds, region_inside, rounded},
     say,
+    unless_changed,
 };
 use crate::{
-    load::{self, LoadError},
-    output,
-    part::{
-        Part,
-        merge::{Merge, MergeError, Ties},
-    },
+    load, output,
+    part::merge::{Merge, MergeError, Ties},
 };
 
 /// Pixels that are merged at a time: they take 20 bytes each.
@@ -74,7 +70,7 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     let mut times = Milliseconds::default();
 
     let (step, progress) = (Instant::now(), Progress::step("loading"));
-    let parts: Vec<Part> = request.parts.par_iter().map(|path| load::part(path)).collect::<Result<_, LoadError>>()?;
+    let (parts, watch) = load::parts(&request.parts)?;
     let Some(first) = parts.first() else { return Err(MergeError::Nothing.into()) };
     let image = first.meta.view.image;
     // A part again need not be whole.
@@ -83,10 +79,13 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
         None if partial => None,
         region => Some(region_inside(region, image)?),
     };
-    let merge = Merge::new(&parts, region)?;
-    if !partial {
-        merge.check_gaps()?;
-    }
+    let merge = unless_changed(&watch, || {
+        let merge = Merge::new(&parts, region)?;
+        if !partial {
+            merge.check_gaps()?;
+        }
+        Ok(merge)
+    })?;
     drop(progress);
     times.load = milliseconds(step);
 
@@ -96,13 +95,15 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     let mut spent = Spent::default();
     let indices = Indices::Each(merge.indices());
     let picture = Picture { meta, scene: merge.scene(), truth: merge.truth(), indices, band: BAND };
-    let staged = planes::write(outputs, &picture, &mut spent, |region| {
-        let (step, _progress) = (Instant::now(), Progress::step("merging"));
-        let band = merge.band(region)?;
-        times.merge += milliseconds(step);
-        ties.pairs += band.ties.pairs;
-        ties.exact += band.ties.exact;
-        Ok(Found { ids: band.ids, bounds: Some(band.bounds) })
+    let staged = unless_changed(&watch, || {
+        planes::write(outputs, &picture, &mut spent, |region| {
+            let (step, _progress) = (Instant::now(), Progress::step("merging"));
+            let band = merge.band(region)?;
+            times.merge += milliseconds(step);
+            ties.pairs += band.ties.pairs;
+            ties.exact += band.ties.exact;
+            Ok(Found { ids: band.ids, bounds: Some(band.bounds) })
+        })
     })?;
     times.merge = rounded(times.merge);
     (times.depth, times.encode) = (rounded(spent.depth), rounded(spent.encode));

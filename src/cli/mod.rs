@@ -19,8 +19,15 @@ mod view;
 
 use std::{
     io::{self, IsTerminal, Write},
+    panic,
     process::ExitCode,
-    time::Instant,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
+    time::{Duration, Instant},
 };
 
 use clap::{CommandFactory, Parser};
@@ -29,7 +36,7 @@ use crate::{
     bench::speed::BenchError,
     frame::PlaneError,
     litter::Shield,
-    load::LoadError,
+    load::{ChangedFile, LoadError, Watch},
     output::{OutputError, Target},
     part::merge::MergeError,
     render::{DeviceError, DrawError},
@@ -53,6 +60,9 @@ enum Failure {
     /// Bad input.
     #[error("{0}")]
     Load(#[from] LoadError),
+    /// Input that was changed by somebody else while it was in use.
+    #[error("{0}")]
+    Changed(#[from] ChangedFile),
     /// No device.
     #[error("{0}")]
     Device(#[from] DeviceError),
@@ -83,7 +93,7 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Merge(_) | Self::Plane(_) => 2,
+            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Changed(_) | Self::Merge(_) | Self::Plane(_) => 2,
             Self::Draw(DrawError::View(_)) => 2,
             Self::Device(_) | Self::Draw(_) | Self::Threads(_) => 3,
             Self::Check(_) => 1,
@@ -152,6 +162,58 @@ fn ended(result: Result<(), Failure>) -> ExitCode {
             ExitCode::from(failure.exit_code())
         }
     }
+}
+
+/// How often files that are in use are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// How long work may go on with numbers that nobody meant: it can take for ever, where every sphere
+/// has become the same.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// Does work that reads numbers in files, unless one of these changes meanwhile: see
+/// [`Watch::guard`]. Work that goes on after that is not waited for: the process ends.
+fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    if watch.is_empty() {
+        return work();
+    }
+    silence(watch);
+    let (working, at_work) = mpsc::channel::<()>();
+    let (others, speaks) = (watch.clone(), Arc::new(AtomicBool::new(false)));
+    let first = Arc::clone(&speaks);
+    let look = move || {
+        while at_work.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+            let Some(changed) = others.changed() else { continue };
+            if at_work.recv_timeout(GRACE) == Err(RecvTimeoutError::Timeout) && !first.swap(true, Ordering::SeqCst) {
+                let failure = Failure::from(changed);
+                say(&failure.report(color_on_stderr()));
+                signals::end_now(failure.exit_code());
+            }
+            return;
+        }
+    };
+    // Where there is no thread to be had, work without end is not ended; all else is as ever.
+    let looking = thread::Builder::new().spawn(look);
+    let result = watch.guard(work);
+    drop(working);
+    if looking.is_ok() && speaks.swap(true, Ordering::SeqCst) {
+        // The other thread says it and ends the process.
+        loop {
+            thread::park();
+        }
+    }
+    result?
+}
+
+/// From now on a panic is not reported where a file has changed: it comes from numbers that nobody
+/// meant, and what is to be said is said instead.
+fn silence(watch: &Watch) {
+    let (former, watch) = (panic::take_hook(), watch.clone());
+    panic::set_hook(Box::new(move |panic| {
+        if watch.changed().is_none() {
+            former(panic);
+        }
+    }));
 }
 
 /// An error to standard error; to standard output, if the one goes into a file that must stay as it is. Nobody listening is

@@ -12,13 +12,14 @@ use super::{
     planes::{self, Found, Indices, Picture, Spent},
     print,
     progress::Progress,
-    say,
+    say, unless_changed,
 };
 use crate::{
     camera::{ImageSize, Region, View},
     exact::decide::Truth,
     gpu::adapters::PassedOver,
-    load, output,
+    load::{self, Copied},
+    output,
     part::Meta,
     render::{Counts, Device, DeviceChoice, Opened, Times},
 };
@@ -38,6 +39,8 @@ struct Stats<'a> {
     /// Column, row, width and height of what was drawn.
     region: [u32; 4],
     counts: &'a Counts,
+    /// Arrays that could not be used where they lie.
+    copied: &'a [Copied],
     milliseconds: Milliseconds,
 }
 
@@ -100,7 +103,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let scene = &loaded.scene;
     let facts = explain::facts(request, scene, &view, region, &device, device_words);
     if request.explain {
-        return explain::print_lines(&facts, scene, &view);
+        return unless_changed(&loaded.watch, || explain::print_lines(&facts, scene, &view));
     }
     explain::check_memory(&facts)?;
     let end = request.first_index + scene.len() as u64;
@@ -116,12 +119,17 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let picture = Picture { meta: &meta, scene, truth: &truth, indices, band: planes::BAND };
     let (mut counts, mut drawn) = (Counts::default(), Times::default());
     let mut spent = Spent::default();
-    let staged = planes::write(&request.outputs, &picture, &mut spent, |band| {
-        let _progress = Progress::step("drawing");
-        let drawing = device.draw(scene, &view, band)?;
-        counts.add(&drawing.counts);
-        drawn.add(&drawing.times);
-        Ok(Found { ids: drawing.ids, bounds: None })
+    let staged = unless_changed(&loaded.watch, || {
+        planes::write(&request.outputs, &picture, &mut spent, |band| {
+            let _progress = Progress::step("drawing");
+            let drawing = device.draw(scene, &view, band)?;
+            if let Some(changed) = loaded.watch.changed() {
+                return Err(changed.into());
+            }
+            counts.add(&drawing.counts);
+            drawn.add(&drawing.times);
+            Ok(Found { ids: drawing.ids, bounds: None })
+        })
     })?;
     (times.prepare, times.render) = (rounded(drawn.prepare), rounded(drawn.render));
     (times.read_back, times.decide) = (rounded(drawn.read_back), rounded(drawn.decide));
@@ -145,6 +153,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             image: [image.width, image.height],
             region: [region.x, region.y, region.width, region.height],
             counts: &counts,
+            copied: &loaded.copied,
             milliseconds: times,
         };
         let json = serde_json::to_string(&stats).expect("numbers and strings are always JSON");

@@ -12,13 +12,18 @@ pub(super) fn install() {
             "error: this is a fault of planisphere. No file was half written.\n\
              fix: please report it, with the command, the scene and the lines above",
         );
-        crate::litter::clear();
-        end(PANIC);
+        end_now(PANIC);
     }));
 }
 
+/// Ends the process while other threads are at work, and leaves nothing behind.
+pub(super) fn end_now(code: u8) -> ! {
+    crate::litter::clear();
+    end(code.into())
+}
+
 /// The exit code after a panic, as Rust's own.
-const PANIC: i32 = 101;
+const PANIC: u8 = 101;
 
 /// Ends the process at once: other threads may be anywhere, and nothing of theirs is waited for.
 fn end(code: i32) -> ! {

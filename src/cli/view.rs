@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say};
+use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say, silence};
 use crate::{
     load,
     render::Device,
@@ -20,6 +20,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let opened = Device::open_telling(&args.device)?;
     drop(progress);
     say_device(&opened, &args.device);
+    silence(&loaded.watch);
     let stem = if args.scene == Path::new("-") { None } else { args.scene.file_stem() };
     let name = stem.map_or_else(|| "scene".into(), ToOwned::to_owned);
     let image = args.size.unwrap_or(loaded.image);

@@ -4,12 +4,14 @@
 //! Only this module reads files, parts of pictures ([`part()`]) included; the command line and the window are its callers.
 
 use std::{
-    fs,
-    io::{self, Read},
+    panic::{self, AssertUnwindSafe},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
-pub use part::part;
+pub use array::Copied;
+pub use mapped::ChangedFile;
+pub use part::{part, parts};
 pub use report::LoadError;
 
 use crate::{
@@ -17,8 +19,11 @@ use crate::{
     scene::Scene,
 };
 
+mod array;
 mod batches;
 mod document;
+mod input;
+mod mapped;
 mod npy;
 mod part;
 mod report;
@@ -43,6 +48,42 @@ pub struct Loaded {
     pub background: [u8; 3],
     /// The arrays that were read.
     pub files: Vec<PathBuf>,
+    /// The arrays that stay in their files.
+    pub watch: Watch,
+    /// The arrays that were copied into memory.
+    pub copied: Vec<Copied>,
+}
+
+/// Files that are in use where they lie, and may be changed by others meanwhile.
+#[derive(Clone, Default)]
+pub struct Watch(Vec<Arc<mapped::Mapped>>);
+
+impl Watch {
+    /// The first of the files that may have changed since it was opened: whatever was made of its
+    /// numbers since is not to be used. Some microseconds for each file.
+    pub fn changed(&self) -> Option<ChangedFile> {
+        self.0.iter().find_map(|file| file.changed())
+    }
+
+    /// Whether there is no such file.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Does work that reads the files' numbers, and throws its result away, a panic included, where
+    /// a file changed meanwhile: numbers of any value were read then. It can last long with these,
+    /// so that another thread may want to ask as well.
+    ///
+    /// # Errors
+    /// The file that changed.
+    pub fn guard<T>(&self, work: impl FnOnce() -> T) -> Result<T, ChangedFile> {
+        let result = panic::catch_unwind(AssertUnwindSafe(work));
+        match (self.changed(), result) {
+            (Some(changed), _) => Err(changed),
+            (None, Ok(result)) => Ok(result),
+            (None, Err(panic)) => panic::resume_unwind(panic),
+        }
+    }
 }
 
 impl Loaded {
@@ -53,26 +94,14 @@ impl Loaded {
 }
 
 /// Loads a scene file; `-` is standard input. Arrays are found relative to the file's folder (of `-`, the current
-/// folder) and stay mapped: they must not be changed while the scene is in use.
+/// folder). Large ones stay mapped: whoever draws asks [`Watch::changed`] before the picture is used.
 ///
 /// # Errors
 /// The first thing in the file, or in its arrays, that has no picture.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     let from_stdin = path == Path::new("-");
     let name = if from_stdin { "<stdin>".into() } else { path.display().to_string() };
-    let bytes = if from_stdin {
-        let mut bytes = Vec::new();
-        io::stdin().lock().read_to_end(&mut bytes).map(|_| bytes)
-    } else {
-        fs::read(path)
-    };
-    let bytes = bytes.map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => LoadError::of_file(&name, "no such file", "correct the name of the scene file"),
-        io::ErrorKind::IsADirectory => {
-            LoadError::of_file(&name, "is a folder", "name a scene file (TOML) instead of a folder")
-        }
-        _ => LoadError::of_file(&name, error, "make the scene file readable"),
-    })?;
+    let bytes = input::read(path).map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let fault = report::Fault::new("the scene file is not UTF-8 text", at..at, "not UTF-8", "save it as UTF-8");

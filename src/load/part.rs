@@ -1,15 +1,21 @@
 //! Reads parts of pictures: NumPy archives as [`crate::part::write`] describes them, mapped, checked once from end to end.
 
-use std::{fs::File, io, ops::Range, path::Path};
+use std::{
+    io,
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use bytes::Bytes;
 use glam::DVec3;
-use memmap2::Mmap;
 use rayon::prelude::*;
 use zip::{CompressionMethod, ZipArchive, result::ZipError};
 
 use super::{
-    npy::{header_of, tuple, value_of},
+    Watch,
+    mapped::{Mapped, OpenError, open_regular},
+    npy::{Descr, Header, header},
     report::LoadError,
 };
 use crate::{
@@ -24,27 +30,46 @@ const FIX: &str = "write it with `planisphere render SCENE --visibility FILE.npz
 /// What is wrong, and the fix.
 type Problem = (String, &'static str);
 
-/// Reads a part. The file stays mapped: it must not be changed while the part is in use.
+/// Reads a part. The file stays mapped: it must not be changed while the part is in use. [`parts`]
+/// lets one know.
 ///
 /// # Errors
 /// When it cannot be read, is not a part, or not as it was written.
 pub fn part(path: &Path) -> Result<Part, LoadError> {
-    let name = path.display().to_string();
-    let map = map(path).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => LoadError::of_file(&name, "no such file", "correct the name of the part"),
-        _ => LoadError::of_file(&name, error, "make the file readable"),
-    })?;
-    read(&name, Bytes::from_owner(map)).map_err(|(problem, fix)| LoadError::of_file(&name, problem, fix))
+    watched(path).map(|(part, _)| part)
 }
 
-fn map(path: &Path) -> io::Result<Mmap> {
-    let file = File::open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(io::Error::other("is not a regular file"));
+/// Reads parts, and watches their files, which stay mapped: before a picture that was merged of
+/// them is used, [`Watch::changed`] is asked.
+///
+/// # Errors
+/// As [`part`].
+pub fn parts(paths: &[PathBuf]) -> Result<(Vec<Part>, Watch), LoadError> {
+    let read: Vec<_> = paths.par_iter().map(|path| watched(path)).collect::<Result<_, LoadError>>()?;
+    let (parts, files) = read.into_iter().unzip();
+    Ok((parts, Watch(files)))
+}
+
+fn watched(path: &Path) -> Result<(Part, Arc<Mapped>), LoadError> {
+    let name = path.display().to_string();
+    let refused = |problem: String, fix: &str| LoadError::of_file(&name, problem, fix);
+    let unread = |error: io::Error| refused(format!("cannot be read: {error}"), OpenError::fix(&error));
+    let (file, metadata) = open_regular(path).map_err(|error| match error {
+        OpenError::Missing => refused(error.to_string(), "correct the name of the part"),
+        OpenError::NotRegular(_) => refused(error.to_string(), FIX),
+        OpenError::Io(error) => unread(error),
+    })?;
+    if metadata.len() == 0 {
+        return Err(refused("is empty".into(), FIX));
     }
-    // SAFETY: the map is only read. As with every program that maps its input, the file must not be changed while the
-    // program runs; the README says so. A file that is cut short meanwhile ends the program, it cannot corrupt it.
-    unsafe { Mmap::map(&file) }
+    let file = Mapped::new(path, file).map_err(unread)?;
+    let part = read(&name, file.bytes());
+    if let Some(changed) = file.changed() {
+        let words = changed.to_string();
+        let (problem, fix) = words.split_once("\nfix: ").unwrap_or((&words, FIX));
+        return Err(LoadError::of_message(problem, fix));
+    }
+    part.map(|part| (part, file)).map_err(|(problem, fix)| refused(problem, fix))
 }
 
 fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
@@ -60,10 +85,10 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
     let Region { width, height, .. } = meta.region;
 
     let pixels = archive.entry("pixels")?;
-    let descr: String = pixels.descr.chars().filter(|c| !c.is_whitespace()).collect();
-    let wide = match descr.as_str() {
-        "[('id','<i4'),('low','<f8'),('high','<f8')]" => false,
-        "[('id','<i8'),('low','<f8'),('high','<f8')]" => true,
+    let fields = |id| [("id", id), ("low", "<f8"), ("high", "<f8")];
+    let wide = match &pixels.descr {
+        descr if descr.is_record(&fields("<i4")) => false,
+        descr if descr.is_record(&fields("<i8")) => true,
         _ => return Err(wrong("pixels")),
     };
     let length = Pixels::record(wide) * meta.region.pixels();
@@ -172,7 +197,7 @@ struct Archive<'a> {
 
 /// One array: its type as NumPy writes it, its shape, and where its numbers lie in the archive.
 struct Entry {
-    descr: String,
+    descr: Descr,
     shape: Vec<usize>,
     data: Range<usize>,
 }
@@ -199,15 +224,11 @@ impl Archive<'_> {
             Some(start..start.checked_add(usize::try_from(file.size()).ok()?)?)
         });
         let place = place.filter(|place| place.end <= self.whole.len()).ok_or_else(|| wrong(name))?;
-        let (header, offset) = header_of(&self.whole[place.clone()]).map_err(|error| damaged(&error))?;
-        let descr = value_of(header, "descr").ok_or_else(|| wrong(name))?;
-        // A list of fields, or a string; both end before the next key.
-        let descr = match descr.split_once(']') {
-            Some((list, _)) if descr.starts_with('[') => format!("{list}]"),
-            _ => descr.split('\'').nth(1).unwrap_or_default().to_owned(),
-        };
-        let rows = value_of(header, "fortran_order").is_some_and(|text| text.starts_with("False"));
-        let shape = value_of(header, "shape").and_then(tuple).filter(|_| rows).ok_or_else(|| wrong(name))?;
+        let (Header { descr, fortran, shape }, offset) =
+            header(&self.whole[place.clone()]).map_err(|refused| damaged(&refused.words))?;
+        if fortran {
+            return Err(wrong(name));
+        }
         Ok(Entry { descr, shape, data: place.start + offset..place.end })
     }
 
@@ -222,7 +243,7 @@ impl Archive<'_> {
     ) -> Result<Vec<T>, Problem> {
         let count = shape.iter().try_fold(1usize, |count, &n| count.checked_mul(n));
         let length = count.and_then(|count| count.checked_mul(N));
-        if entry.descr != descr || entry.shape != shape || length != Some(entry.data.len()) {
+        if entry.descr != Descr::One(descr.into()) || entry.shape != shape || length != Some(entry.data.len()) {
             return Err(wrong(name));
         }
         Ok(self.whole[entry.data.clone()].as_chunks::<N>().0.par_iter().map(|&bytes| read(bytes)).collect())

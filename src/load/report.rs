@@ -66,6 +66,12 @@ impl LoadError {
         Self(Box::new((SimpleFile::new(name.into(), String::new()), diagnostic)))
     }
 
+    /// An error whose message names the file itself.
+    pub(super) fn of_message(message: &str, fix: &str) -> Self {
+        let diagnostic = Diagnostic::error().with_message(message).with_notes(vec![format!("fix: {fix}")]);
+        Self(Box::new((SimpleFile::new(String::new(), String::new()), diagnostic)))
+    }
+
     /// The report, with the colours of a terminal if asked for.
     pub fn render(&self, color: bool) -> String {
         let (file, diagnostic) = &*self.0;

@@ -3,16 +3,19 @@
 use std::{
     ops::Range,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    DEFAULT_COLOR, DEFAULT_IMAGE, Loaded,
+    DEFAULT_COLOR, DEFAULT_IMAGE, Loaded, Watch,
+    array::{Array, Copied, Key, Taken},
     batches::{Batches, cut},
     document::{Section, Value, color, integer, number, string, vector},
-    npy::{Array, NpyError},
+    mapped::Mapped,
+    npy::Refused,
     report::Fault,
 };
 use crate::{
@@ -52,9 +55,9 @@ fn read_document(document: &DeTable, singles: Vec<Sphere>, folder: &Path) -> Res
     let root = Section::of_table("", document, 0..0, &known)?;
     let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
     let fixed_camera = root.get("camera").map(read_camera).transpose()?;
-    let mut files = Vec::new();
-    let scene = read_spheres(&root, singles, folder, &mut files)?;
-    Ok(Loaded { scene, fixed_camera, image, background, files })
+    let (scene, files) = read_spheres(&root, singles, folder)?;
+    let Files { paths, watch, copied, .. } = files;
+    Ok(Loaded { scene, fixed_camera, image, background, files: paths, watch, copied })
 }
 
 /// A fault of the TOML itself, in the parser's words.
@@ -205,14 +208,48 @@ struct Source {
     radii: Option<(PathBuf, Range<usize>)>,
 }
 
+/// The files of the arrays that were read.
+#[derive(Default)]
+struct Files {
+    /// All of them.
+    paths: Vec<PathBuf>,
+    /// Those whose numbers are used where they lie.
+    watch: Watch,
+    /// The others.
+    copied: Vec<Copied>,
+    /// All that were mapped, each with its place in the scene file.
+    mapped: Vec<(Arc<Mapped>, Range<usize>)>,
+}
+
+impl Files {
+    /// Takes note of an array's file, and hands its numbers on.
+    fn keep<T>(&mut self, array: Named, taken: Taken<T>) -> T {
+        let in_place = taken.copied.is_none();
+        self.copied.extend(taken.copied);
+        if let Some(file) = array.array.mapped {
+            if in_place {
+                self.watch.0.push(Arc::clone(&file));
+            }
+            self.mapped.push((file, array.span));
+        }
+        taken.numbers
+    }
+
+    /// A file that changed while its numbers were looked at: whatever was found in them is not to
+    /// be believed.
+    fn changed(&self) -> Option<Fault> {
+        self.mapped.iter().find_map(|(file, span)| {
+            let words = file.changed()?.to_string();
+            let (message, fix) = words.split_once("\nfix: ").unwrap_or((&words, "draw again"));
+            Some(Fault::new(message, span.clone(), "this array", fix))
+        })
+    }
+}
+
 /// All `[[sphere]]` first, then each `[[spheres]]` in turn.
-fn read_spheres(
-    root: &Section,
-    mut singles: Vec<Sphere>,
-    folder: &Path,
-    files: &mut Vec<PathBuf>,
-) -> Result<Scene, Fault> {
+fn read_spheres(root: &Section, mut singles: Vec<Sphere>, folder: &Path) -> Result<(Scene, Files), Fault> {
     let (mut blocks, mut sources) = (Vec::new(), Vec::new());
+    let mut files = Files::default();
     for table in tables(root, "sphere")? {
         singles.push(read_sphere(table)?);
     }
@@ -221,11 +258,15 @@ fn read_spheres(
         sources.push(None);
     }
     for value in tables(root, "spheres")? {
-        let (block, source) = read_block(value, folder, files)?;
+        let (block, source) = read_block(value, folder, &mut files)?;
         blocks.push(block);
         sources.push(Some(source));
     }
-    Scene::new(blocks).map_err(|error| scene_fault(&error, &sources))
+    let scene = Scene::new(blocks);
+    if let Some(fault) = files.changed() {
+        return Err(fault);
+    }
+    Ok((scene.map_err(|error| scene_fault(&error, &sources))?, files))
 }
 
 /// The tables of a `[[name]]`.
@@ -271,7 +312,7 @@ fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
     ))
 }
 
-fn read_block(value: &Value, folder: &Path, files: &mut Vec<PathBuf>) -> Result<(Block, Source), Fault> {
+fn read_block(value: &Value, folder: &Path, files: &mut Files) -> Result<(Block, Source), Fault> {
     let section = Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
     section.not_both("radii", "radius")?;
     section.not_both("colors", "color")?;
@@ -279,35 +320,36 @@ fn read_block(value: &Value, folder: &Path, files: &mut Vec<PathBuf>) -> Result<
     let Some(centers) = open(&section, "centers", folder, files)? else {
         return Err(missing(&section, "centers", "centers = \"centers.npy\", an array of shape (N, 3)"));
     };
-    let &[count, 3] = centers.array.shape.as_slice() else {
-        return Err(centers.wrong_shape("(N, 3)", "write one row of three coordinates for each sphere"));
+    // The others are needed to understand centres of a wrong shape; what is wrong with them is told
+    // after that.
+    let radii = open(&section, "radii", folder, files);
+    let colors = open(&section, "colors", folder, files);
+    let says = |array: &Result<Option<Named>, Fault>, key| array.as_ref().ok()?.as_ref()?.array.count(key);
+    let count = match (says(&radii, Key::Radii), says(&colors, Key::Colors)) {
+        (Some(a), Some(b)) if a != b => None,
+        (a, b) => a.or(b),
     };
+    let (taken, count) = centers.array.centers(count).map_err(|refused| centers.fault(&refused))?;
     let mut source = Source { span: section.span.clone(), centers: centers.place(), radii: None };
     let mut block = Block {
-        centers: centers.array.reals().map_err(|error| centers.fault(&error))?,
+        centers: files.keep(centers, taken),
         radii: Radii::Same(0.0),
         colors: Colors::Same(section.read("color", color)?.unwrap_or(DEFAULT_COLOR)),
     };
 
-    if let Some(radii) = open(&section, "radii", folder, files)? {
-        if radii.array.shape != [count] {
-            let wanted = format!("({count},), one for each row of `centers`");
-            return Err(radii.wrong_shape(&wanted, "write one radius for each sphere, or use `radius`"));
-        }
-        block.radii = Radii::Each(radii.array.reals().map_err(|error| radii.fault(&error))?);
+    if let Some(radii) = radii? {
+        let taken = radii.array.radii(count).map_err(|refused| radii.fault(&refused))?;
         source.radii = Some(radii.place());
+        block.radii = Radii::Each(files.keep(radii, taken));
     } else if let Some(radius) = section.read("radius", positive)? {
         block.radii = Radii::Same(radius);
     } else {
         return Err(missing(&section, "radii", "radii = \"radii.npy\" (shape (N,)), or radius = 0.5 for all"));
     }
 
-    if let Some(colors) = open(&section, "colors", folder, files)? {
-        if colors.array.shape != [count, 3] {
-            let wanted = format!("({count}, 3), one row for each row of `centers`");
-            return Err(colors.wrong_shape(&wanted, "write red, green and blue for each sphere, or use `color`"));
-        }
-        block.colors = Colors::Each(colors.array.bytes().map_err(|error| colors.fault(&error))?);
+    if let Some(colors) = colors? {
+        let taken = colors.array.colors(count).map_err(|refused| colors.fault(&refused))?;
+        block.colors = Colors::Each(files.keep(colors, taken));
     }
     Ok((block, source))
 }
@@ -324,31 +366,23 @@ impl Named {
         (self.path.clone(), self.span.clone())
     }
 
-    fn fault(&self, error: &NpyError) -> Fault {
-        array_fault(&self.path, self.span.clone(), error)
-    }
-
-    fn wrong_shape(&self, wanted: &str, fix: &str) -> Fault {
-        Fault::new(
-            format!("{}: has the shape {}, but {wanted} is needed", self.path.display(), self.array.shape_text()),
-            self.span.clone(),
-            "shape disagrees",
-            fix,
-        )
+    fn fault(&self, refused: &Refused) -> Fault {
+        array_fault(&self.path, self.span.clone(), refused)
     }
 }
 
-fn array_fault(path: &Path, span: Range<usize>, error: &NpyError) -> Fault {
-    Fault::new(format!("{}: {error}", path.display()), span, "this array", error.fix())
+fn array_fault(path: &Path, span: Range<usize>, refused: &Refused) -> Fault {
+    let Refused { words, fix } = refused;
+    Fault::new(format!("{}: {words}", path.display()), span, "this array", fix)
 }
 
-fn open(section: &Section, key: &str, folder: &Path, files: &mut Vec<PathBuf>) -> Result<Option<Named>, Fault> {
+fn open(section: &Section, key: &str, folder: &Path, files: &mut Files) -> Result<Option<Named>, Fault> {
     let Some(name) = section.read(key, string)? else { return Ok(None) };
     let (path, span) = (folder.join(name), section.place(key));
-    files.push(path.clone());
-    match Array::open(&path) {
+    files.paths.push(path.clone());
+    match Array::open(path.clone()) {
         Ok(array) => Ok(Some(Named { path, span, array })),
-        Err(error) => Err(array_fault(&path, span, &error)),
+        Err(refused) => Err(array_fault(&path, span, &refused)),
     }
 }
 
@@ -377,7 +411,7 @@ fn scene_fault(error: &SceneError, sources: &[Option<Source>]) -> Fault {
                 );
             }
         }
-        SceneError::Shape { .. } | SceneError::TooMany(_) => {}
+        SceneError::Shape { .. } | SceneError::Changing { .. } | SceneError::TooMany(_) => {}
     }
     let last = sources.iter().flatten().next_back().map_or(0..0, |source| source.span.clone());
     Fault::new(error.to_string(), last, "here", "draw fewer spheres at a time")

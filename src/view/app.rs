@@ -19,7 +19,7 @@ use winit::{
 
 use super::{
     Start, ViewError,
-    draw::{Frame, Painter, packed},
+    draw::{Frame, NoFrame, Painter, packed},
     keys::{self, Command, KEYS},
     navigate, screenshot,
 };
@@ -27,11 +27,12 @@ use crate::{
     camera::{Camera, ImageSize, MAX_SIDE, Projection, View},
     exact::decide::{Tally, Truth},
     frame::Paint,
-    render::{Device, DrawError},
+    load::ChangedFile,
+    render::Device,
 };
 
 /// What the drawing thread sends.
-pub(super) type Message = Result<Frame, DrawError>;
+pub(super) type Message = Result<Frame, NoFrame>;
 
 /// Notches of the wheel that double, or halve, what is seen.
 const NOTCHES: f64 = 4.0;
@@ -80,6 +81,8 @@ pub(super) struct App {
     /// Whether the title lists the keys.
     help: bool,
     failure: Option<ViewError>,
+    /// A file of the scene that has changed: nothing more is drawn.
+    changed: Option<ChangedFile>,
 }
 
 impl App {
@@ -90,7 +93,8 @@ impl App {
             // An event loop that is gone wants no picture.
             let _ = proxy.send_event(message);
         };
-        let painter = Painter::start(device, start.loaded.scene.clone(), start.loaded.background, done);
+        let loaded = &start.loaded;
+        let painter = Painter::start(device, loaded.scene.clone(), loaded.background, loaded.watch.clone(), done);
         let (image, camera) = (start.image, start.loaded.camera(start.image));
         let mut app = Self {
             start,
@@ -110,6 +114,7 @@ impl App {
             screenshots: VecDeque::new(),
             help: false,
             failure: None,
+            changed: None,
         };
         app.pivot = app.center();
         app
@@ -169,7 +174,8 @@ impl App {
         let sphere = scene.sphere(usize::try_from(id).ok()?)?;
         let truth = Truth::new(&frame.view, scene.bounds());
         let pixel = truth.pixel(column, row);
-        let distance = pixel.distance(&pixel.hit(sphere.into(), &mut Tally::default())?);
+        let distance = || Some(pixel.distance(&pixel.hit(sphere.into(), &mut Tally::default())?));
+        let distance = self.start.loaded.watch.guard(distance).ok()??;
         let sample = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
         Some(navigate::point(&frame.view, sample, distance)).filter(|point| point.is_finite())
     }
@@ -203,7 +209,7 @@ impl App {
 
     /// Begins the next picture if one is wanted and none is under way.
     fn update(&mut self) {
-        if self.drawing || self.window.is_none() {
+        if self.drawing || self.window.is_none() || self.changed.is_some() {
             return;
         }
         let wanted = self.screenshots.front().copied().unwrap_or_else(|| self.view());
@@ -223,7 +229,7 @@ impl App {
         {
             let Start { loaded, name, say, .. } = &self.start;
             let paint = Paint { scene: &loaded.scene, background: loaded.background };
-            match screenshot::save(name, view, &frame.ids, &paint) {
+            match screenshot::save(name, view, &frame.ids, &paint, &loaded.watch) {
                 Ok(path) => {
                     let tables = screenshot::tables(&view.camera, view.image, loaded.background);
                     say(&format!("saved {}, whose view is\n\n{tables}", path.display()));
@@ -259,6 +265,11 @@ impl App {
                 self.screenshots.push_back(self.view());
                 self.save();
                 self.update();
+                if let (Some(changed), false) = (&self.changed, self.screenshots.is_empty()) {
+                    // Nothing more is drawn.
+                    (self.start.say)(&format!("error: {changed}"));
+                    self.screenshots.clear();
+                }
             }
             Command::Help => (self.start.say)(&format!("keys:\n{KEYS}")),
         }
@@ -326,7 +337,9 @@ impl App {
     fn retitle(&self) {
         let Some((window, _)) = &self.window else { return };
         let name = self.start.name.display();
-        let title = if self.help {
+        let title = if let Some(changed) = &self.changed {
+            format!("{name} | {} changed; open it again", changed.path.display())
+        } else if self.help {
             format!("{name} | {}", keys::SHORT)
         } else {
             let spheres = self.start.loaded.scene.len();
@@ -425,7 +438,17 @@ impl ApplicationHandler<Message> for App {
                     window.request_redraw();
                 }
             }
-            Err(error) => self.fail(error.into(), event_loop),
+            Err(NoFrame::Draw(error)) => self.fail(error.into(), event_loop),
+            Err(NoFrame::Changed(changed)) => {
+                if self.changed.is_none() {
+                    (self.start.say)(&format!(
+                        "error: {changed}\nthe window keeps the last picture; open it again to go on"
+                    ));
+                }
+                self.screenshots.clear();
+                self.changed = Some(changed);
+                self.retitle();
+            }
         }
     }
 

@@ -9,14 +9,32 @@ use std::{
 use crate::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     frame::{self, Paint},
+    load::{ChangedFile, Watch},
     output::{self, OutputError, Target},
 };
+
+/// Why there is no screenshot.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NoScreenshot {
+    /// It cannot be written.
+    #[error("{0}")]
+    Output(#[from] OutputError),
+    /// The colours of the scene are others now.
+    #[error("{0}")]
+    Changed(#[from] ChangedFile),
+}
 
 /// Writes a picture into the current folder, under the first of `name-001.png`, `name-002.png`, ... that is free.
 ///
 /// # Errors
-/// When the file cannot be written.
-pub(super) fn save(name: &OsStr, view: &View, ids: &[i32], paint: &Paint) -> Result<PathBuf, OutputError> {
+/// When the file cannot be written, or a file of the scene has changed.
+pub(super) fn save(
+    name: &OsStr,
+    view: &View,
+    ids: &[i32],
+    paint: &Paint,
+    watch: &Watch,
+) -> Result<PathBuf, NoScreenshot> {
     let names = (1u32..).map(|number| {
         let mut file = OsString::from(name);
         file.push(format!("-{number:03}.png"));
@@ -24,9 +42,10 @@ pub(super) fn save(name: &OsStr, view: &View, ids: &[i32], paint: &Paint) -> Res
     });
     let mut free = names.filter(|path| path.symlink_metadata().is_err()).peekable();
     let first = free.peek().cloned().unwrap_or_default();
-    let staged = Target::File(first).stage(|out| frame::write_png(out, Region::whole(view.image), ids, paint))?;
+    let write = || Target::File(first).stage(|out| frame::write_png(out, Region::whole(view.image), ids, paint));
+    let staged = watch.guard(write)??;
     // Another program may take a name that was free a moment ago.
-    output::commit_new(staged, free)
+    Ok(output::commit_new(staged, free)?)
 }
 
 /// The `[camera]` and `[image]` tables of a scene file: every number is written so that it is read back unchanged.
