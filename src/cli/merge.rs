@@ -12,8 +12,7 @@ use super::{
     print,
     progress::Progress,
     render::{milliseconds, region_inside, rounded},
-    say,
-    unless_changed,
+    say, unless_changed,
 };
 use crate::{
     load, output,
