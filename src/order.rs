@@ -118,7 +118,7 @@ impl Ordered {
 /// Whether a good part of a scene's spheres all but coincide, by a sample of them. A guess: it decides only the order of work.
 pub fn is_crowded(scene: &Scene) -> bool {
     /// So many are looked at, evenly spread.
-    const SAMPLE: usize = 256;
+    const SAMPLE: usize = 128;
     /// So many pairs of these, when a sixteenth of the spheres lies in one place.
     const PAIRS: usize = SAMPLE * SAMPLE / 512;
     let sample: Vec<Ball> =
