@@ -28,5 +28,5 @@ pub(super) fn run() -> Result<(), Failure> {
     }
     let auto = Device::open(&DeviceChoice::Auto)?;
     text += &format!("--device auto  takes {}\n", auto_words(&auto));
-    print(&text)
+    print(&crate::text::lines(&text))
 }

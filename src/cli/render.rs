@@ -20,6 +20,7 @@ use crate::{
     load, output,
     part::Meta,
     render::{Counts, Device, DeviceChoice, Times},
+    text, unseen,
 };
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
@@ -82,6 +83,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     loaded.files.iter().for_each(|path| ends.reads(path));
     ends.check()?;
     drop(progress);
+    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
     times.load = milliseconds(step);
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));
@@ -111,9 +113,12 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let picture = Picture { meta: &meta, scene, truth: &truth, indices, band: planes::BAND };
     let (mut counts, mut drawn) = (Counts::default(), Times::default());
     let mut spent = Spent::default();
+    let mut seen = false;
     let staged = planes::write(&request.outputs, &picture, &mut spent, |band| {
         let _progress = Progress::step("drawing");
         let drawing = device.draw(scene, &view, band)?;
+        // Ends at the first sphere of the first band that has one.
+        seen = seen || drawing.ids.iter().any(|id| *id >= 0);
         counts.add(&drawing.counts);
         drawn.add(&drawing.times);
         Ok(Found { ids: drawing.ids, bounds: None })
@@ -130,6 +135,16 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     times.write = milliseconds(step);
     times.total = milliseconds(start);
 
+    if !seen {
+        // All parts of a picture have one camera: to change it for one of them would be no help.
+        let advice = match request.outputs.visibility {
+            Some(_) => None,
+            None => unseen::advice(scene, &view, region, loaded.wanted.is_some()),
+        };
+        let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
+        say(&format!("note: nothing is seen: {}{advice}", unseen::why(scene, &view, region)));
+    }
+
     if request.stats {
         let stats = Stats {
             version: 1,
@@ -141,7 +156,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             milliseconds: times,
         };
         let json = serde_json::to_string(&stats).expect("numbers and strings are always JSON");
-        print(&format!("{json}\n"))?;
+        print(&format!("{}\n", text::json(&json)))?;
     }
     Ok(())
 }

@@ -152,7 +152,7 @@ pub(super) fn choose(choice: &DeviceChoice) -> Result<(Adapter, Suitability), De
 fn none(choice: &DeviceChoice, tried: &[String]) -> DeviceError {
     let wanted = match choice {
         DeviceChoice::Auto => "no hardware GPU".to_owned(),
-        DeviceChoice::Named(name) => format!("no GPU whose name contains \"{name}\""),
+        DeviceChoice::Named(name) => format!("no GPU whose name contains \"{}\"", crate::text::value(name)),
         _ => "no usable GPU".to_owned(),
     };
     let tried = match tried {

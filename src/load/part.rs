@@ -16,6 +16,7 @@ use crate::{
     camera::{Camera, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View},
     part::{Meta, Part, Pixels, VERSION},
     scene::{Block, Bounds, Colors, Radii, Reals, Scene},
+    text,
 };
 
 /// What to do about a file that is no part, or no longer one.
@@ -29,7 +30,7 @@ type Problem = (String, &'static str);
 /// # Errors
 /// When it cannot be read, is not a part, or not as it was written.
 pub fn part(path: &Path) -> Result<Part, LoadError> {
-    let name = path.display().to_string();
+    let name = text::name(path);
     let map = map(path).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => LoadError::of_file(&name, "no such file", "correct the name of the part"),
         _ => LoadError::of_file(&name, error, "make the file readable"),

@@ -226,7 +226,7 @@ impl App {
             match screenshot::save(name, view, &frame.ids, &paint) {
                 Ok(path) => {
                     let tables = screenshot::tables(&view.camera, view.image, loaded.background);
-                    say(&format!("saved {}, whose view is\n\n{tables}", path.display()));
+                    say(&format!("saved {}, whose view is\n\n{tables}", crate::text::name(path)));
                 }
                 Err(error) => say(&format!("error: {error}")),
             }
@@ -325,7 +325,7 @@ impl App {
 
     fn retitle(&self) {
         let Some((window, _)) = &self.window else { return };
-        let name = self.start.name.display();
+        let name = crate::text::name(&self.start.name);
         let title = if self.help {
             format!("{name} | {}", keys::SHORT)
         } else {
