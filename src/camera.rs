@@ -6,8 +6,6 @@
 
 use glam::DVec3;
 
-use crate::scene::Bounds;
-
 /// The largest image, in pixels a side.
 pub const MAX_SIDE: u32 = 32768;
 
@@ -64,7 +62,12 @@ pub enum CameraError {
     /// The view direction is zero.
     #[error("the view direction is zero; give any other vector, such as [1.0, 0.0, 0.0]")]
     ZeroView,
-    /// Up and view are parallel (or up is zero).
+    /// Up is zero.
+    #[error(
+        "up is zero; give a vector that is not parallel to the view direction, or none: then it is [0.0, 0.0, 1.0]"
+    )]
+    UpZero,
+    /// Up and view are parallel.
     #[error("up is parallel to the view direction; give an up that points another way")]
     UpParallel,
     /// The screen has no size.
@@ -117,7 +120,7 @@ pub enum ViewError {
 }
 
 impl Camera {
-    /// An orthographic camera with a square 10 x 10 screen and no far plane, as the scene file's defaults have it.
+    /// An orthographic camera with a square 10 x 10 screen and no far plane.
     pub fn orthographic(origin: DVec3, view: DVec3) -> Self {
         Self {
             projection: Projection::Orthographic,
@@ -143,6 +146,9 @@ impl Camera {
         if self.view == DVec3::ZERO {
             return Err(CameraError::ZeroView);
         }
+        if self.up == DVec3::ZERO {
+            return Err(CameraError::UpZero);
+        }
         if crate::exact::axes::parallel(self.view, self.up) {
             return Err(CameraError::UpParallel);
         }
@@ -162,41 +168,6 @@ impl Camera {
             return Err(CameraError::Planes { near, far });
         }
         Ok(())
-    }
-
-    /// A camera that sees the whole of a scene: orthographic, from above the (1, 1) corner, for a file without `[camera]`.
-    pub fn framing(bounds: Bounds, image: ImageSize) -> Self {
-        let view = DVec3::new(-1.0, -1.0, -0.75);
-        let mut camera = Self::orthographic(DVec3::ZERO, view);
-        camera.frame(bounds, image);
-        camera
-    }
-
-    /// Moves the camera along its view direction, and sizes its screen, so that everything inside `bounds` is seen.
-    pub fn frame(&mut self, bounds: Bounds, image: ImageSize) {
-        let center = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
-        let half = 0.5 * bounds.max_center - 0.5 * bounds.min_center;
-        let reach = half.length() + bounds.max_radius;
-        let reach = if reach > 0.0 && reach.is_finite() { reach } else { 1.0 };
-        let direction = (self.view / self.view.abs().max_element()).normalize();
-        let side = 2.0 * reach * 1.05;
-        let narrow = f64::from(image.width.min(image.height));
-        let distance = match self.projection {
-            Projection::Orthographic => {
-                self.size =
-                    if image.width <= image.height { ScreenSize::Width(side) } else { ScreenSize::Height(side) };
-                2.0 * reach
-            }
-            Projection::Perspective => {
-                // The sphere of radius `reach` touches a cone of half angle a at distance reach / sin a.
-                let view = View::new(*self, image);
-                let half_tan = 0.5 * narrow * view.pitch_x.to_f64().min(view.pitch_y.to_f64());
-                1.05 * reach * (1.0 + half_tan * half_tan).sqrt() / half_tan
-            }
-        };
-        self.origin = center - distance * direction;
-        self.near = 0.0;
-        self.far = f64::INFINITY;
     }
 }
 

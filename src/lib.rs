@@ -12,10 +12,13 @@
 //! * [`bins`], [`project`], [`filter`], [`simd`], [`pool`]: spheres into view space, tile lists, and one ray against one sphere, in f64
 //!   with bounds that are derived next to them; all lanes, all cores.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
-//! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which planes. [`memory`]: how much is left.
+//! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which
+//!   planes. [`framing`]: what a camera leaves out. [`unseen`]: why a picture is empty. [`memory`]:
+//!   how much is left.
 //!
-//! [`load`], [`make`] and [`output`] read and write files; nothing else does. [`identity`] tells whether two names are one
-//! file, [`litter`] what must not be left behind.
+//! [`load`], [`make`] and [`output`] read and write files; nothing else does. [`identity`] tells whether
+//! two names are one file, [`litter`] what must not be left behind, [`text`] what is shown of names and
+//! values.
 //!
 //! ```
 //! use glam::DVec3;
@@ -40,6 +43,7 @@ pub mod explain;
 pub mod filter;
 pub mod fov;
 pub mod frame;
+pub mod framing;
 pub mod gpu;
 pub mod identity;
 pub mod litter;
@@ -57,6 +61,8 @@ pub mod render;
 pub mod scene;
 pub mod shader;
 pub mod simd;
+pub mod text;
 pub mod tile;
+pub mod unseen;
 #[cfg(feature = "window")]
 pub mod view;

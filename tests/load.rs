@@ -92,7 +92,8 @@ const CASES: &[Case] = &[
     ("[[sphere]]\nradius = 1", "1:1", &["`center` is missing", "add center = "]),
     ("[[sphere]]\ncenter = [0, 0, 0]", "1:1", &["`radius` is missing", "add radius = "]),
     // Colours.
-    ("[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = 'red'", "4:9", &["\"red\"", "six hexadecimal digits"]),
+    ("[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = 'rod'", "4:9", &["\"rod\"", "not a colour"]),
+    ("[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = 'xyzzy'", "4:9", &["\"xyzzy\"", "six hexadecimal digits"]),
     ("[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = '#12345'", "4:9", &["not a colour"]),
     ("[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = [1, 2, 256]", "4:16", &["0 to 255"]),
     ("[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = [1, 2]", "4:9", &["2 numbers"]),
@@ -102,18 +103,17 @@ const CASES: &[Case] = &[
     ("[camera]\norigin = [1, 2, 3]\nlook_at = [1, 2, 3]", "3:11", &["`look_at` is the camera's origin"]),
     ("[camera]\norigin = [-1.7e308, 0, 0]\nlook_at = [1.7e308, 0, 0]", "3:11", &["beyond the range"]),
     ("[camera]\nview = [1, 1, 0]\nup = [-0.5, -0.5, 0]", "3:6", &["up is parallel", "points another way"]),
-    ("[camera]\nview = [1, 1, 0]\nup = [0, 0, 0]", "3:6", &["up is parallel"]),
+    ("[camera]\nview = [1, 1, 0]\nup = [0, 0, 0]", "3:6", &["up is zero", "leave `up` out"]),
+    ("[camera]\nview = [0, 0, 2]\nup = [0, 0, 0]", "3:6", &["up is zero", "write up = [0.0, 1.0, 0.0]"]),
     ("[camera]\nview = [0, 0, -2]", "2:8", &["parallel to the default up", "up = [0.0, 1.0, 0.0]"]),
     ("[camera]\norigin = [0, 0, 5]\nlook_at = [0, 0, 0]", "3:11", &["parallel to the default up"]),
     ("[camera]\nview = [1, 0, 0]\nnear = 5\nfar = 5", "3:8", &["near is 5 and far is 5", "less than far"]),
     ("[camera]\nview = [1, 0, 0]\nfar = 0.0", "3:7", &["not beyond near"]),
     ("[camera]\nview = [1, 0, 0]\nnear = -1", "3:8", &["near is -1", "0 or more"]),
     ("[camera]\nview = [1, 0, 0]\nlook_at = [1, 0, 0]", "3:11", &["both `view` and `look_at`", "remove"]),
-    ("[camera]\norigin = [1, 0, 0]", "1:1", &["neither `view` nor `look_at`", "add view"]),
     ("[camera]\nview = [1, 0, 0]\nwidth = 0", "3:9", &["width is 0", "positive"]),
     ("[camera]\nview = [1, 0, 0]\nheight = -4.5", "3:10", &["height is -4.5", "positive"]),
     ("[camera]\nview = [1, 0, 0]\nfov = 40", "3:7", &["orthographic", "projection = \"perspective\""]),
-    ("[camera]\nview = [1, 0, 0]\nprojection = 'perspective'", "1:1", &["no `fov`", "add fov = 40.0"]),
     ("[camera]\nview = [1, 0, 0]\nprojection = 'perspective'\nfov = 0", "4:7", &["0 degrees", "less than 180"]),
     ("[camera]\nview = [1, 0, 0]\nprojection = 'perspective'\nfov = 180.0", "4:7", &["180 degrees"]),
     ("[camera]\nview = [1, 0, 0]\nprojection = 'perspective'\nfov = 40\nwidth = 2", "4:7", &["both `width` and `fov`"]),
@@ -255,10 +255,10 @@ fn good_scenes_mean_what_they_say() {
     assert_eq!((spheres[3].color, spheres[5].color), ([4, 5, 6], [255; 3]));
     assert_eq!(spheres[4].radius, 0.5);
 
-    let plain = from_text("test", "[camera]\nview = [1, 0, 0]", folder.path()).unwrap();
+    let plain = from_text("test", "[camera]\norigin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 10", folder.path()).unwrap();
     let camera = plain.fixed_camera.unwrap();
     assert_eq!((camera.projection, camera.size), (Projection::Orthographic, ScreenSize::Width(10.0)));
-    assert_eq!((camera.near, camera.far, camera.origin), (0.0, f64::INFINITY, DVec3::ZERO));
+    assert_eq!((camera.near, camera.far, camera.up), (0.0, f64::INFINITY, DVec3::Z));
     assert!(plain.scene.is_empty());
     let empty = from_text("test", "", folder.path()).unwrap();
     assert!(empty.fixed_camera.is_none() && empty.camera(empty.image).check().is_ok());

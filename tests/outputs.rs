@@ -476,7 +476,7 @@ fn nothing_is_no_scene() {
         Case("echo '# all' | $P render - -o a.png", 2, &["nothing but comments"], "! test -e a.png"),
         Case("$P render - -o a.png <&-", 2, &["nothing came in"], "! test -e a.png"),
         Case("touch e.toml; $P render e.toml", 2, &["e.toml: is empty"], "! test -e e.png"),
-        Case("$P render /dev/null -o a.png", 2, &["is empty"], "! test -e a.png"),
+        Case("$P render /dev/null -o a.png", 2, &["is a device, not a file"], "! test -e a.png"),
     ]);
 }
 

@@ -32,6 +32,9 @@ Exit codes:
 
 Data goes to standard output, talk to standard error. Colours follow NO_COLOR.";
 
+// Lines of at most 80 columns: the help is not wrapped again, and an example can be copied as it
+// stands.
+
 const RENDER_EXAMPLES: &str = "\
 Examples:
   planisphere render scenes/first.toml
@@ -39,33 +42,42 @@ Examples:
   planisphere render scene.toml -o - --size 1920x1080 | display
       writes the PNG to standard output
   planisphere render scene.toml -o none --ids ids.npy --depth depth.npy --stats
-      no picture; the index and the distance of the sphere at every pixel, and a report as JSON
+      no picture; the index and the distance of the sphere at every pixel, and
+      a report as JSON
   generate | planisphere render - -o out.png
       reads the scene from standard input
-  planisphere render half.toml -o none --visibility half.npz --first-index 5000000
+  planisphere render half.toml -o none --visibility half.npz --first-index 1000
       a part of a picture, for `planisphere merge`";
 
 const MERGE_EXAMPLES: &str = "\
-Each part holds some of the spheres (its own scene file, and --first-index: the index of its first sphere in the whole), or
-some of the picture (--region), or both. The merged picture, ids and depths are byte for byte those of one run that draws
-everything: where two parts are too close to call, the exact numbers of the spheres, which the parts carry, decide. All
-parts must have the same [camera], size and background.
+Each part holds some of the spheres (its own scene file, and --first-index: the
+index of its first sphere in the whole), or some of the picture (--region), or
+both. The merged picture, ids and depths are byte for byte those of one run that
+draws everything: where two parts are too close to call, the exact numbers of
+the spheres, which the parts carry, decide. All parts must have the same
+[camera], with an origin, a view and a size (what is left out is chosen to suit
+the spheres of each part), the same image size and the same background.
 
 Examples:
   planisphere render left.toml -o none --visibility left.npz
-  planisphere render right.toml -o none --visibility right.npz --first-index 5000000
+  planisphere render right.toml -o none --visibility right.npz \\
+          --first-index 1000
   planisphere merge left.npz right.npz -o picture.png --ids ids.npy
-      two halves of the spheres; left.toml has 5000000
-  planisphere render scene.toml --region 0,512,1024,512 -o none --visibility lower.npz
+      two halves of the spheres; left.toml has 1000
+  planisphere render scene.toml --region 0,512,1024,512 \\
+          -o none --visibility lower.npz
       one half of the picture; the other is --region 0,0,1024,512
   planisphere merge part-1?.npz -o none --visibility tens.npz
       a part again, of what these parts hold: merges may be merged
-  srun sh -c 'planisphere render part-$SLURM_PROCID.toml -o none --visibility part-$SLURM_PROCID.npz \\
-          --first-index $((SLURM_PROCID * 1000000))' && planisphere merge part-*.npz -o picture.png
-      a job of many tasks, each with a million spheres
+  srun sh -c 'planisphere render part-$SLURM_PROCID.toml -o none \\
+          --visibility part-$SLURM_PROCID.npz \\
+          --first-index $((SLURM_PROCID * 1000))' &&
+          planisphere merge part-*.npz -o picture.png
+      a job of many tasks, each with a thousand spheres
 
-In Python: numpy.load('part.npz')['pixels'] has the fields id, low and high (between which the distance lies); indices,
-centers, radii and colors are the spheres that are seen.";
+In Python: numpy.load('part.npz')['pixels'] has the fields id, low and high
+(between which the distance lies); indices, centers, radii and colors are the
+spheres that are seen.";
 
 #[derive(Subcommand)]
 pub(super) enum Command {
@@ -120,8 +132,8 @@ pub(super) struct RenderArgs {
     /// Size of the image in pixels, instead of the scene file's
     ///
     /// The size never changes what is seen: when the scene gives both width and height of the view, another aspect makes
-    /// pixels that are not square. When it gives one of them, or fov, the other follows the aspect; a scene without
-    /// [camera] is framed anew.
+    /// pixels that are not square. When it gives one of them, or fov, the other follows the aspect; what
+    /// [camera] leaves out is chosen anew.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<ImageSize>,
 
@@ -411,12 +423,12 @@ fn parse_region(text: &str) -> Result<Region, String> {
 }
 
 pub(super) fn parse_device(text: &str) -> Result<DeviceChoice, String> {
-    match text {
+    match text.trim().to_ascii_lowercase().as_str() {
         "auto" => Ok(DeviceChoice::Auto),
         "gpu" => Ok(DeviceChoice::Gpu),
         "cpu" => Ok(DeviceChoice::Cpu),
         "" => Err("write auto, gpu, cpu, or part of an adapter's name".into()),
-        name => Ok(DeviceChoice::Named(name.into())),
+        _ => Ok(DeviceChoice::Named(text.into())),
     }
 }
 
@@ -457,6 +469,21 @@ mod tests {
             let failure = request(args).err().expect("refused");
             assert!(failure.to_string().contains(word) && failure.exit_code() == 2, "{failure}");
         }
+    }
+
+    #[test]
+    fn devices_have_names_in_any_case() {
+        for (text, wanted) in [
+            ("cpu", DeviceChoice::Cpu),
+            ("CPU", DeviceChoice::Cpu),
+            ("Auto", DeviceChoice::Auto),
+            ("GPU", DeviceChoice::Gpu),
+            ("Gpu", DeviceChoice::Gpu),
+            ("GeForce", DeviceChoice::Named("GeForce".into())),
+        ] {
+            assert_eq!(parse_device(text), Ok(wanted), "{text}");
+        }
+        assert!(parse_device("").is_err() && parse_device("  ").is_err());
     }
 
     #[test]

@@ -238,7 +238,7 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
             ends.check()?;
             settings.image = args.size.unwrap_or(loaded.image);
             let camera = loaded.camera(settings.image);
-            let made = Made { name: path.display().to_string(), scene: loaded.scene, camera };
+            let made = Made { name: crate::text::name(path), scene: loaded.scene, camera };
             speed::one(&settings, &made, &mut tell)?
         }
     };
@@ -280,7 +280,7 @@ fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
             ends.check()?;
             settings.image = args.size.unwrap_or(loaded.image);
             let camera = loaded.camera(settings.image);
-            let made = Made { name: path.display().to_string(), scene: loaded.scene, camera };
+            let made = Made { name: crate::text::name(path), scene: loaded.scene, camera };
             accuracy::one(&settings, &made, &mut tell)?
         }
     };

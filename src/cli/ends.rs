@@ -61,7 +61,7 @@ impl<'a> Ends<'a> {
                 self.adds(found, "standard input".into());
             }
         } else if let Ok(found) = Identity::of(path) {
-            self.adds(found, path.display().to_string());
+            self.adds(found, crate::text::name(path));
         }
     }
 
@@ -164,7 +164,7 @@ impl<'a> Ends<'a> {
 fn words(target: &Target) -> String {
     match target {
         Target::Stdout => "standard output".into(),
-        Target::File(path) => path.display().to_string(),
+        Target::File(path) => crate::text::name(path),
     }
 }
 

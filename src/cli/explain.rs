@@ -9,6 +9,7 @@ use crate::{
     memory, plan,
     render::Device,
     scene::Scene,
+    text,
 };
 
 /// Spheres that are looked at for an explanation.
@@ -75,8 +76,8 @@ pub(super) fn print_lines(facts: &Facts, scene: &Scene, view: &View) -> Result<(
     let truth = Truth::new(view, scene.bounds());
     let survey = explain::survey(scene, &truth, facts.region, facts.tile.trailing_zeros(), LOOK);
     let lines = explain::lines(&Facts { survey, ..facts.clone() });
-    let text: String = lines.iter().map(|(topic, words)| format!("{topic:<9}{words}\n")).collect();
-    print(&text)
+    let words: String = lines.iter().map(|(topic, words)| format!("{topic:<9}{words}\n")).collect();
+    print(&text::lines(&words))
 }
 
 /// Refuses, before anything is drawn, what cannot fit.

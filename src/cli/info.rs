@@ -41,5 +41,5 @@ pub(super) fn run() -> Result<(), Failure> {
     if cfg!(target_os = "linux") {
         text += SOFTWARE;
     }
-    print(&text)
+    print(&crate::text::lines(&text))
 }

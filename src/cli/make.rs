@@ -22,6 +22,7 @@ use crate::{
     frame::npy_header,
     make::{Cloud, Lattice},
     output::{self, OutputError, Target},
+    text,
 };
 
 /// Spheres that are written at a time.
@@ -151,7 +152,7 @@ pub(super) fn run(args: &MakeArgs) -> Result<(), Failure> {
     let progress = Progress::step("writing");
     let folder = &args.folder;
     let recipe = Recipe { kind: args.kind, count: args.count, seed: args.seed };
-    fs::create_dir_all(folder).map_err(|source| OutputError::Io { target: folder.display().to_string(), source })?;
+    fs::create_dir_all(folder).map_err(|source| OutputError::Io { target: text::name(folder), source })?;
 
     let targets = FILES.map(|file| Target::File(folder.join(file)));
     let ends = Ends::new(FILES.iter().copied().zip(&targets).collect(), None);
@@ -166,7 +167,7 @@ pub(super) fn run(args: &MakeArgs) -> Result<(), Failure> {
     ends.check()?;
     output::commit(staged)?.iter().for_each(|note| say(&format!("note: {note}")));
     drop(progress);
-    say(&format!("wrote {}; draw them: planisphere render {}", recipe.words(), folder.join("scene.toml").display()));
+    say(&format!("wrote {}; draw them: planisphere render {}", recipe.words(), text::word(folder.join("scene.toml"))));
     Ok(())
 }
 
@@ -187,7 +188,7 @@ fn refuse_others(recipe: &Recipe, folder: &Path) -> Result<(), Failure> {
         "{} in {} would be replaced, which `planisphere make` has not written, or which has been changed since; \
          name another folder, or add --force",
         others.join(", "),
-        folder.display()
+        text::name(folder)
     )))
 }
 

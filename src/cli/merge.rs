@@ -92,6 +92,7 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     let region = meta.region;
     let mut ties = Ties::default();
     let mut spent = Spent::default();
+    let mut seen = false;
     let indices = Indices::Each(merge.indices());
     let picture = Picture { meta, scene: merge.scene(), truth: merge.truth(), indices, band: BAND };
     let staged = unless_changed(&watch, || {
@@ -101,6 +102,7 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
             times.merge += milliseconds(step);
             ties.pairs += band.ties.pairs;
             ties.exact += band.ties.exact;
+            seen = seen || band.ids.iter().any(|id| *id >= 0);
             Ok(Found { ids: band.ids, bounds: Some(band.bounds) })
         })
     })?;
@@ -114,6 +116,10 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     drop(progress);
     times.write = milliseconds(step);
     times.total = milliseconds(start);
+
+    if !seen {
+        say("note: nothing is seen: no part shows a sphere here");
+    }
 
     if request.stats {
         let counts = Counts {

@@ -18,6 +18,7 @@ mod signals;
 mod view;
 
 use std::{
+    ffi::OsString,
     io::{self, IsTerminal, Write},
     panic,
     process::ExitCode,
@@ -40,6 +41,7 @@ use crate::{
     output::{OutputError, Target},
     part::merge::MergeError,
     render::{DeviceError, DrawError},
+    text,
 };
 
 /// Why a command failed; each kind has its exit code.
@@ -113,8 +115,8 @@ impl Failure {
     fn report(&self, color: bool) -> String {
         match self {
             Self::Load(error) => error.render(color),
-            other if color => format!("\x1b[1;31merror\x1b[0m: {other}"),
-            other => format!("error: {other}"),
+            other if color => format!("\x1b[1;31merror\x1b[0m: {}", text::lines(&other.to_string())),
+            other => format!("error: {}", text::lines(&other.to_string())),
         }
     }
 }
@@ -123,7 +125,7 @@ impl Failure {
 pub fn main() -> ExitCode {
     let start = Instant::now();
     signals::install();
-    match args::Args::try_parse() {
+    match parse() {
         Ok(args) => ended(run(args.command, start)),
         Err(error) if error.use_stderr() => {
             // Nobody listening is no failure.
@@ -216,6 +218,24 @@ fn silence(watch: &Watch) {
     }));
 }
 
+/// The arguments; or what clap says of them, help and errors, with the words as they were typed. What is
+/// unseen in these is made visible.
+fn parse() -> Result<args::Args, clap::Error> {
+    args::Args::try_parse().map_err(|error| {
+        // The words repeat what was typed, or what another program has put there: again, with that shown.
+        let strange = |arg: &OsString| matches!(text::name(arg), shown if arg.to_str() != Some(&shown));
+        if !error.use_stderr() || !std::env::args_os().skip(1).any(|arg| strange(&arg)) {
+            return error;
+        }
+        let shown = std::env::args_os().skip(1).map(|arg| OsString::from(text::name(arg)));
+        match args::Args::try_parse_from(std::env::args_os().take(1).chain(shown)) {
+            Err(again) if again.use_stderr() => again,
+            // It is only wrong as it was typed: not UTF-8, or of another length.
+            _ => clap::Error::raw(error.kind(), text::lines(&format!("{}\n", error.kind()))),
+        }
+    })
+}
+
 /// An error to standard error; to standard output, if the one goes into a file that must stay as it is. Nobody listening is
 /// no failure.
 fn complain(text: &str) {
@@ -225,10 +245,10 @@ fn complain(text: &str) {
     };
 }
 
-/// A note to standard error, one line or more, unless data go there. Nobody listening is no failure.
+/// A note to standard error, one line or more, unless data go there. What is unseen is made visible. Nobody listening is no failure.
 fn say(text: &str) {
     if ends::notes_are_heard() {
-        let _ = writeln!(io::stderr(), "{text}");
+        let _ = writeln!(io::stderr(), "{}", text::lines(text));
     }
 }
 

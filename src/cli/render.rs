@@ -22,6 +22,7 @@ use crate::{
     output,
     part::Meta,
     render::{Counts, Device, DeviceChoice, Opened, Times},
+    text, unseen,
 };
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
@@ -90,6 +91,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     loaded.files.iter().for_each(|path| ends.reads(path));
     ends.check()?;
     drop(progress);
+    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
     times.load = milliseconds(step);
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));
@@ -119,6 +121,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let picture = Picture { meta: &meta, scene, truth: &truth, indices, band: planes::BAND };
     let (mut counts, mut drawn) = (Counts::default(), Times::default());
     let mut spent = Spent::default();
+    let mut seen = false;
     let staged = unless_changed(&loaded.watch, || {
         planes::write(&request.outputs, &picture, &mut spent, |band| {
             let _progress = Progress::step("drawing");
@@ -126,6 +129,8 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             if let Some(changed) = loaded.watch.changed() {
                 return Err(changed.into());
             }
+            // Ends at the first sphere of the first band that has one.
+            seen = seen || drawing.ids.iter().any(|id| *id >= 0);
             counts.add(&drawing.counts);
             drawn.add(&drawing.times);
             Ok(Found { ids: drawing.ids, bounds: None })
@@ -143,6 +148,16 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     times.write = milliseconds(step);
     times.total = milliseconds(start);
 
+    if !seen {
+        // All parts of a picture have one camera: to change it for one of them would be no help.
+        let advice = match request.outputs.visibility {
+            Some(_) => None,
+            None => unseen::advice(scene, &view, region, loaded.wanted.is_some()),
+        };
+        let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
+        say(&format!("note: nothing is seen: {}{advice}", unseen::why(scene, &view, region)));
+    }
+
     if request.stats {
         let stats = Stats {
             version: 1,
@@ -157,7 +172,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             milliseconds: times,
         };
         let json = serde_json::to_string(&stats).expect("numbers and strings are always JSON");
-        print(&format!("{json}\n"))?;
+        print(&format!("{}\n", text::json(&json)))?;
     }
     Ok(())
 }

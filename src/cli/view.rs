@@ -14,6 +14,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let progress = Progress::step("loading");
     let loaded = load::load(&args.scene)?;
     drop(progress);
+    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
     // Before the device: a display is missing more often, and looking for it takes no time.
     let display = Display::open()?;
     let progress = Progress::step("starting the device");

@@ -86,7 +86,7 @@ fn node_paths() -> Vec<PathBuf> {
 pub(crate) fn nodes() -> Vec<Node> {
     let node = |path: PathBuf| {
         let closed = std::fs::File::options().read(true).write(true).open(&path).err();
-        Node { path: path.display().to_string(), closed: closed.map(|error| error.to_string()) }
+        Node { path: crate::text::name(path), closed: closed.map(|error| error.to_string()) }
     };
     if cfg!(target_os = "linux") { node_paths().into_iter().map(node).collect() } else { Vec::new() }
 }
@@ -102,7 +102,7 @@ pub(crate) fn named_drivers() -> Option<String> {
     let set = |name: &str| Some((name.to_owned(), std::env::var(name).ok().filter(|value| !value.is_empty())?));
     let (name, value) = set("VK_DRIVER_FILES").or_else(|| set("VK_ICD_FILENAMES"))?;
     let missing = std::env::split_paths(&value).filter(|path| !path.exists());
-    let missing: Vec<_> = missing.map(|path| format!("; {} is not there", path.display())).collect();
+    let missing: Vec<_> = missing.map(|path| format!("; {} is not there", crate::text::name(path))).collect();
     Some(format!("{name}={value} is set, so that no other driver is looked at{}", missing.concat()))
 }
 
@@ -252,7 +252,7 @@ pub(crate) fn why_auto(hardware: bool, passed_over: &[PassedOver], nodes: &[Node
 pub(crate) fn none(choice: &DeviceChoice, passed_over: &[PassedOver], drivers: Option<&str>) -> DeviceError {
     let wanted = match choice {
         DeviceChoice::Auto => "no hardware GPU".to_owned(),
-        DeviceChoice::Named(name) => format!("no GPU whose name contains \"{name}\""),
+        DeviceChoice::Named(name) => format!("no GPU whose name contains \"{}\"", crate::text::value(name)),
         _ => "no usable GPU".to_owned(),
     };
     let mut tried = format!("tried {}:", api());

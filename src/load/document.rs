@@ -8,7 +8,8 @@ use toml::{
     de::{DeString, DeTable, DeValue},
 };
 
-use super::report::Fault;
+use super::{colors, report::Fault};
+use crate::text;
 
 /// A value with its place.
 pub(super) type Value<'i> = Spanned<DeValue<'i>>;
@@ -75,19 +76,94 @@ impl<'t, 'i> Section<'t, 'i> {
     }
 }
 
+/// What people call things whose key has another name: the section (none: any), their word, and the
+/// keys that may be meant.
+const SYNONYMS: &[(&str, &[&str], &[&str])] = &[
+    (
+        "[camera]",
+        &["eye", "position", "pos", "from", "location", "camera", "lookfrom", "viewpoint", "point", "center", "centre"],
+        &["origin"],
+    ),
+    ("[camera]", &["target", "at", "to", "lookat", "focus", "interest", "towards", "aim"], &["look_at"]),
+    ("[camera]", &["direction", "dir", "forward", "look", "lookdir", "gaze", "orientation", "viewdir"], &["view"]),
+    ("[camera]", &["vup", "upvector", "viewup", "sky", "updirection"], &["up"]),
+    ("[camera]", &["fovy", "vfov", "angle", "yfov", "fieldofview", "viewangle", "degrees", "hfov", "fovx"], &["fov"]),
+    ("[camera]", &["type", "kind", "mode", "model", "perspective", "orthographic", "ortho"], &["projection"]),
+    ("[camera]", &["scale", "size", "zoom", "extent", "xsize", "w", "ysize", "h", "viewwidth"], &["width"]),
+    ("[camera]", &["znear", "nearplane", "nearclip", "clipnear", "hither", "front"], &["near"]),
+    ("[camera]", &["zfar", "farplane", "farclip", "clipfar", "yon", "back"], &["far"]),
+    (
+        "[image]",
+        &["resolution", "size", "dimensions", "w", "xres", "resx", "columns", "cols", "nx", "xsize"],
+        &["width"],
+    ),
+    ("[image]", &["h", "yres", "resy", "rows", "ny", "ysize"], &["height"]),
+    (
+        "[image]",
+        &["bg", "colour", "color", "backgroundcolor", "backgroundcolour", "backdrop", "clear", "sky"],
+        &["background"],
+    ),
+    (
+        "sphere",
+        &["pos", "position", "origin", "location", "at", "xyz", "coordinates", "coords", "point", "c", "p"],
+        &["center", "centers"],
+    ),
+    ("sphere", &["points", "positions", "centres", "centre"], &["centers", "center"]),
+    ("sphere", &["r", "rad", "size", "scale", "diameter", "d", "width"], &["radius", "radii"]),
+    ("sphere", &["radiuses", "sizes", "diameters"], &["radii", "radius"]),
+    ("sphere", &["rgb", "tint", "material", "albedo", "diffuse", "fill", "paint", "colour"], &["color", "colors"]),
+    ("sphere", &["rgbs", "colours"], &["colors", "color"]),
+    ("", &["cam", "eye", "view", "viewpoint"], &["camera"]),
+    ("", &["picture", "output", "resolution", "canvas", "film", "screen", "render"], &["image"]),
+    ("", &["ball", "object", "atom", "particle"], &["sphere"]),
+    ("", &["balls", "objects", "atoms", "particles", "points", "cloud"], &["spheres"]),
+];
+
+/// The known key that somebody means by another word: a synonym, or a key with some letters wrong.
+fn meant<'k>(section: &str, found: &str, known: &[&'k str]) -> Option<&'k str> {
+    let plain: String =
+        found.chars().filter(|c| !matches!(c, '_' | '-' | ' ')).collect::<String>().to_ascii_lowercase();
+    let same = |key: &&&str| key.replace('_', "") == plain;
+    if let Some(key) = known.iter().find(same) {
+        return Some(key);
+    }
+    let here = |place: &str| if place == "sphere" { section.starts_with("[[sphere") } else { section == place };
+    let rows = SYNONYMS.iter().filter(|(place, words, _)| here(place) && words.contains(&plain.as_str()));
+    let keys = rows.flat_map(|(.., keys)| keys.iter());
+    if let Some(key) = keys.filter_map(|key| known.iter().find(|known| *known == key)).next() {
+        return Some(key);
+    }
+    // A key is no longer than this; comparing words takes their lengths multiplied.
+    if found.len() > 40 {
+        return None;
+    }
+    let (steps, like) = known.iter().map(|key| (distance(found, key), *key)).min()?;
+    (steps <= 1 + like.len() / 3).then_some(like)
+}
+
 fn unknown_key(name: &str, key: &Spanned<DeString>, known: &[&str]) -> Fault {
     let found = key.get_ref().as_ref();
-    let nearest = known.iter().map(|k| (distance(found, k), *k)).min();
-    let fix = match nearest {
-        Some((steps, like)) if steps <= 1 + like.len() / 3 => format!("did you mean `{like}`?"),
-        _ => format!("remove it; the keys here are {}", known.join(", ")),
+    let fix = match meant(name, found, known) {
+        // Both hold a number: the fix says what else to change.
+        Some(like @ ("radius" | "radii")) if found.to_ascii_lowercase().starts_with("diam") || found == "d" => {
+            format!("did you mean `{like}`? It is half of the diameter")
+        }
+        Some("width") if matches!(found, "resolution" | "size" | "dimensions") && known.contains(&"height") => {
+            "did you mean `width` and `height`? Each is one number".into()
+        }
+        Some("fov") if matches!(found, "hfov" | "fovx") => {
+            "did you mean `fov`? It is the vertical angle; or give `width`, that of the image plane at distance 1"
+                .into()
+        }
+        Some(like) => format!("did you mean `{like}`?"),
+        None => format!("remove it; the keys here are {}", known.join(", ")),
     };
     let inside = if name.is_empty() { String::new() } else { format!(" in {name}") };
-    Fault::new(format!("unknown key `{found}`{inside}"), key.span(), "unknown", fix)
+    Fault::new(format!("unknown key `{}`{inside}", text::value(found)), key.span(), "unknown", fix)
 }
 
 /// Number of letters to insert, remove, replace or swap with their neighbour to get from one word to the other.
-fn distance(a: &str, b: &str) -> usize {
+pub(super) fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     // Row i holds the distances of a[..i] from every start of b; the last three rows are kept.
     let mut rows = [vec![0; b.len() + 1], vec![0; b.len() + 1], (0..=b.len()).collect::<Vec<_>>()];
@@ -202,12 +278,13 @@ pub(super) fn integer(key: &str, value: &Value) -> Result<i64, Fault> {
     }
 }
 
-/// An sRGB colour: `"#rrggbb"`, or three integers from 0 to 255.
+/// An sRGB colour: `"#rrggbb"`, `"#rgb"`, a name of CSS, or three integers from 0 to 255.
 pub(super) fn color(key: &str, value: &Value) -> Result<[u8; 3], Fault> {
-    let fix = || format!("write {key} = \"#d94f3d\" (six hexadecimal digits) or {key} = [217, 79, 61]");
+    let fix = || colors::fix(key, None);
     match value.get_ref() {
-        DeValue::String(text) => hex_color(text).ok_or_else(|| {
-            Fault::new(format!("`{key}` is \"{text}\", which is not a colour"), value.span(), "not a colour", fix())
+        DeValue::String(text) => colors::parse(text).map_err(|wrong| {
+            let message = format!("`{key}` is \"{}\", which {}", text::value(text), wrong.problem);
+            Fault::new(message, value.span(), "not a colour", colors::fix(key, Some(&wrong)))
         }),
         DeValue::Array(items) => {
             let mut color = [0; 3];
@@ -236,16 +313,6 @@ pub(super) fn color(key: &str, value: &Value) -> Result<[u8; 3], Fault> {
     }
 }
 
-/// `#rrggbb`.
-fn hex_color(text: &str) -> Option<[u8; 3]> {
-    let digits = text.strip_prefix('#')?;
-    if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-        return None;
-    }
-    let n = u32::from_str_radix(digits, 16).ok()?;
-    Some([(n >> 16) as u8, (n >> 8) as u8, n as u8])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -260,10 +327,57 @@ mod tests {
     }
 
     #[test]
-    fn colours() {
-        assert_eq!(hex_color("#d94F3d"), Some([217, 79, 61]));
-        for bad in ["d94f3d", "#d94f3", "#d94f3dd", "#+94f3d", "#é4f3d", "", "#"] {
-            assert_eq!(hex_color(bad), None, "{bad}");
+    fn words_of_others_are_understood() {
+        let camera = ["projection", "origin", "view", "look_at", "up", "width", "height", "fov", "near", "far"];
+        let cases = [
+            ("eye", "origin"),
+            ("position", "origin"),
+            ("from", "origin"),
+            ("camera", "origin"),
+            ("Location", "origin"),
+            ("look_from", "origin"),
+            ("lookAt", "look_at"),
+            ("LOOK-AT", "look_at"),
+            ("target", "look_at"),
+            ("at", "look_at"),
+            ("direction", "view"),
+            ("dir", "view"),
+            ("view_dir", "view"),
+            ("fovy", "fov"),
+            ("field_of_view", "fov"),
+            ("z_near", "near"),
+            ("farr", "far"),
+            ("Width", "width"),
+            ("type", "projection"),
+        ];
+        for (found, wanted) in cases {
+            assert_eq!(meant("[camera]", found, &camera), Some(wanted), "{found}");
+        }
+        let (image, sphere) = (["width", "height", "background"], ["center", "radius", "color"]);
+        let spheres = ["centers", "radii", "radius", "colors", "color"];
+        for (section, known, found, wanted) in [
+            ("[image]", &image[..], "resolution", "width"),
+            ("[image]", &image, "rows", "height"),
+            ("[image]", &image, "color", "background"),
+            ("[[sphere]]", &sphere, "pos", "center"),
+            ("[[sphere]]", &sphere, "centre", "center"),
+            ("[[sphere]]", &sphere, "r", "radius"),
+            ("[[sphere]]", &sphere, "diameter", "radius"),
+            ("[[sphere]]", &sphere, "colour", "color"),
+            ("[[spheres]]", &spheres, "positions", "centers"),
+            ("[[spheres]]", &spheres, "r", "radius"),
+            ("[[spheres]]", &spheres, "colours", "colors"),
+            ("[[spheres]]", &spheres, "centre", "centers"),
+            ("", &["camera", "image", "sphere", "spheres"], "atoms", "spheres"),
+        ] {
+            assert_eq!(meant(section, found, known), Some(wanted), "{section} {found}");
+        }
+        assert_eq!(meant("[camera]", "xyzzy", &camera), None);
+        assert_eq!(meant("[camera]", &"view".repeat(100_000), &camera), None);
+        // Every synonym leads to a key of its section.
+        for (section, words, keys) in SYNONYMS {
+            let known = [&camera[..], &image, &sphere, &spheres, &["camera", "image", "sphere", "spheres"]].concat();
+            assert!(keys.iter().all(|key| known.contains(key)) && !words.is_empty(), "{section}");
         }
     }
 }

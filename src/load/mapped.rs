@@ -40,7 +40,7 @@ pub(super) const SMALL: u64 = 1 << 18;
 #[error(
     "{}: the file changed while it was in use, so that no picture of it is right\nfix: draw again when it is \
      finished; a file that is in use is best replaced by writing another one and renaming that over it",
-    .path.display()
+    crate::text::name(.path)
 )]
 pub struct ChangedFile {
     /// The file.

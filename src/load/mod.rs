@@ -16,11 +16,14 @@ pub use report::LoadError;
 
 use crate::{
     camera::{Camera, ImageSize},
+    framing::Wanted,
     scene::Scene,
+    text,
 };
 
 mod array;
 mod batches;
+mod colors;
 mod document;
 mod input;
 mod mapped;
@@ -40,8 +43,10 @@ pub const DEFAULT_IMAGE: ImageSize = ImageSize { width: 800, height: 800 };
 pub struct Loaded {
     /// The spheres.
     pub scene: Scene,
-    /// The camera, checked; none when the file has no `[camera]`: see [`Loaded::camera`].
+    /// The camera, checked, when nothing of it is left to be chosen: see [`Loaded::camera`].
     pub fixed_camera: Option<Camera>,
+    /// What `[camera]` says; none when the file has none.
+    pub wanted: Option<Wanted>,
     /// Size of the image.
     pub image: ImageSize,
     /// Colour where there is no sphere, sRGB.
@@ -52,6 +57,8 @@ pub struct Loaded {
     pub watch: Watch,
     /// The arrays that were copied into memory.
     pub copied: Vec<Copied>,
+    /// What a person should hear who asked for something unusual, each one line.
+    pub notes: Vec<String>,
 }
 
 /// Files that are in use where they lie, and may be changed by others meanwhile.
@@ -87,9 +94,10 @@ impl Watch {
 }
 
 impl Loaded {
-    /// The camera for an image of some size: the file's, or one that sees the whole scene.
+    /// The camera for an image of some size: the file's; what that leaves out is chosen so that the
+    /// whole scene is seen.
     pub fn camera(&self, image: ImageSize) -> Camera {
-        self.fixed_camera.unwrap_or_else(|| Camera::framing(self.scene.bounds(), image))
+        self.wanted.unwrap_or_default().camera(&self.scene.bounds(), image)
     }
 }
 
@@ -100,13 +108,22 @@ impl Loaded {
 /// The first thing in the file, or in its arrays, that has no picture.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     let from_stdin = path == Path::new("-");
-    let name = if from_stdin { "<stdin>".into() } else { path.display().to_string() };
+    let name = if from_stdin { "<stdin>".into() } else { text::name(path) };
     let bytes = input::read(path).map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
+    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = *bytes {
+        let fix = "save it as UTF-8 (in PowerShell: `... | Set-Content -Encoding utf8 FILE`, not `> FILE`)";
+        return Err(LoadError::of_file(&name, "is UTF-16 text, but a scene file is UTF-8", fix));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        let fault = report::Fault::new("the scene file is not UTF-8 text", at..at, "not UTF-8", "save it as UTF-8");
+        let byte = error.as_bytes().get(at).copied().unwrap_or_default();
+        let message =
+            format!("the scene file is not UTF-8 text: it has the byte 0x{byte:02x} where a character begins");
+        let fault =
+            report::Fault::new(message, at..at, "not UTF-8", "save it as UTF-8, not as Latin-1 or another encoding");
         fault.into_error(&name, &String::from_utf8_lossy(error.as_bytes()))
     })?;
+    let text = text.trim_start_matches('\u{feff}');
     if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
         let (problem, fix) = match text.trim().is_empty() {
             true if from_stdin => ("nothing came in", "see why what was to write the scene has written nothing"),
@@ -118,7 +135,7 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
         return Err(LoadError::of_file(&name, problem, fix));
     }
     let folder = if from_stdin { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
-    from_text(&name, &text, folder)
+    from_text(&name, text, folder)
 }
 
 /// Loads a scene from the text of a scene file. `name` is for messages; arrays are found relative to `folder`.
@@ -126,5 +143,7 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn from_text(name: &str, text: &str, folder: &Path) -> Result<Loaded, LoadError> {
+    // The mark that some editors write before UTF-8.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     scene_file::read(text, folder).map_err(|fault| fault.into_error(name, text))
 }

@@ -22,6 +22,7 @@ use crate::{
     camera::{Camera, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View},
     part::{Meta, Part, Pixels, VERSION},
     scene::{Block, Bounds, Colors, Radii, Reals, Scene},
+    text,
 };
 
 /// What to do about a file that is no part, or no longer one.
@@ -51,7 +52,7 @@ pub fn parts(paths: &[PathBuf]) -> Result<(Vec<Part>, Watch), LoadError> {
 }
 
 fn watched(path: &Path) -> Result<(Part, Arc<Mapped>), LoadError> {
-    let name = path.display().to_string();
+    let name = text::name(path);
     let refused = |problem: String, fix: &str| LoadError::of_file(&name, problem, fix);
     let unread = |error: io::Error| refused(format!("cannot be read: {error}"), OpenError::fix(&error));
     let (file, metadata) = open_regular(path).map_err(|error| match error {

@@ -6,13 +6,14 @@ use std::{
     sync::Arc,
 };
 
+use glam::DVec3;
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
 use super::{
     DEFAULT_COLOR, DEFAULT_IMAGE, Loaded, Watch,
     array::{Array, Copied, Key, Taken},
-    batches::{Batches, cut},
+    batches::{self, Batches, Piece},
     document::{Section, Value, color, integer, number, string, vector},
     mapped::Mapped,
     npy::Refused,
@@ -20,55 +21,106 @@ use super::{
 };
 use crate::{
     camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, ScreenSize},
+    exact::axes::parallel,
     fov::height_from_fov,
+    framing::Wanted,
     scene::{Block, Colors, Radii, Scene, SceneError, Sphere},
+    text,
 };
 
 /// Reads the text of a scene file, and maps the arrays it names relative to `folder`.
 pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
-    if let Some((rest, singles)) = read_batches(text)
-        && let Ok(document) = DeTable::parse(&rest)
+    if let Some(at) = text.find('\0') {
+        return Err(batches::stray(at..at + 1, 0));
+    }
+    // Before line ends are looked for: such a file is one line.
+    if let (Some(at), None) = (text.find('\r'), text.find('\n')) {
+        return Err(batches::stray(at..at + 1, b'\r'));
+    }
+    if !batches::large(text) {
+        batches::check_keys(text)?;
+        let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
+        return read_document(document.get_ref(), Vec::new(), folder);
+    }
+    if let Some(batches) = batches::quick(text)
+        && let Some(spheres) = read_quickly(text, &batches)
+        && let Ok(document) = DeTable::parse(&batches.rest.text(text))
         && !document.get_ref().contains_key("sphere")
     {
-        return read_document(document.get_ref(), singles, folder);
+        return read_document(document.get_ref(), spheres, folder)
+            .map_err(|fault| fault.moved(|at| batches.rest.place(at)));
     }
-    let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
-    read_document(document.get_ref(), Vec::new(), folder)
+    let batches = batches::exact(text)?;
+    let rest = batches.rest.text(text);
+    let moved = |fault: Fault| fault.moved(|at| batches.rest.place(at));
+    let document = DeTable::parse(&rest).map_err(|error| moved(syntax(&error, &rest)))?;
+    let root = Section::of_table("", document.get_ref(), 0..0, &KNOWN).map_err(moved)?;
+    let spheres = batches.pieces.par_iter().map(|piece| read_piece(text, piece)).collect::<Vec<_>>();
+    if let (Some(value), false) = (root.get("sphere"), spheres.is_empty()) {
+        return Err(moved(Fault::new(
+            "not TOML: duplicate key, `sphere` is a table and a list of tables",
+            value.span(),
+            "here",
+            "write each sphere under [[sphere]], with two brackets on each side",
+        )));
+    }
+    // In the order of the file, whichever was read first.
+    let spheres = spheres.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
+    read_document(document.get_ref(), spheres, folder).map_err(moved)
 }
 
-/// The `[[sphere]]` tables of a large file, and the file without them; or nothing when there is any fault in them, which
-/// is then found again, at its place, by reading the file as a whole.
-fn read_batches(text: &str) -> Option<(String, Vec<Sphere>)> {
-    let Batches { rest, pieces } = cut(text)?;
-    let read = |piece: &&str| {
-        let document = DeTable::parse(piece).ok()?;
-        let root = Section::of_table("", document.get_ref(), 0..0, &["sphere"]).ok()?;
-        tables(&root, "sphere").ok()?.iter().map(|table| read_sphere(table).ok()).collect::<Option<Vec<_>>>()
+/// The tables that a scene file has.
+const KNOWN: [&str; 4] = ["camera", "image", "sphere", "spheres"];
+
+/// The spheres of all pieces; or nothing when there is any fault in them, which may be that of the
+/// cut.
+fn read_quickly(text: &str, batches: &Batches) -> Option<Vec<Sphere>> {
+    let spheres: Option<Vec<Vec<Sphere>>> =
+        batches.pieces.par_iter().map(|piece| read_piece(text, piece).ok()).collect();
+    Some(spheres?.concat())
+}
+
+/// The spheres of one piece.
+fn read_piece(text: &str, piece: &Piece) -> Result<Vec<Sphere>, Fault> {
+    let part = piece.text(text);
+    let read = || {
+        let document = DeTable::parse(&part).map_err(|error| syntax(&error, &part))?;
+        let root = Section::of_table("", document.get_ref(), 0..0, &["sphere"])?;
+        tables(&root, "sphere")?.iter().map(read_sphere).collect::<Result<Vec<_>, _>>()
     };
-    let spheres: Option<Vec<Vec<Sphere>>> = pieces.par_iter().map(read).collect();
-    Some((rest, spheres?.concat()))
+    read().map_err(|fault: Fault| fault.moved(|at| piece.place(at)))
 }
 
 /// Reads a parsed document, whose first spheres may have been read before.
 fn read_document(document: &DeTable, singles: Vec<Sphere>, folder: &Path) -> Result<Loaded, Fault> {
-    let known = ["camera", "image", "sphere", "spheres"];
-    let root = Section::of_table("", document, 0..0, &known)?;
+    let root = Section::of_table("", document, 0..0, &KNOWN)?;
     let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
-    let fixed_camera = root.get("camera").map(read_camera).transpose()?;
+    let camera = root.get("camera").map(read_camera).transpose()?;
     let (scene, files) = read_spheres(&root, singles, folder)?;
-    let Files { paths, watch, copied, .. } = files;
-    Ok(Loaded { scene, fixed_camera, image, background, files: paths, watch, copied })
+    finish(scene, camera, image, background, files)
 }
 
 /// A fault of the TOML itself, in the parser's words.
 fn syntax(error: &toml::de::Error, text: &str) -> Fault {
     let message = error.message().lines().collect::<Vec<_>>().join(", ");
+    let span = error.span().unwrap_or(text.len()..text.len());
+    if message.contains("recurs") {
+        return batches::too_deep(span);
+    }
+    // The parser points behind a carriage return that is alone.
+    for at in [span.start, span.start.saturating_sub(1)] {
+        match text.as_bytes().get(at..) {
+            Some([b'\r', b'\n', ..]) | Some([b'\n' | b'\t', ..]) => {}
+            Some([byte, ..]) if byte.is_ascii_control() => return batches::stray(at..at + 1, *byte),
+            _ => {}
+        }
+    }
     let fix = if message.contains("duplicate key") {
         "remove one of the two"
     } else {
         "write `key = value` lines under [camera], [image], [[sphere]] or [[spheres]], strings in quotes (https://toml.io)"
     };
-    Fault::new(format!("not TOML: {message}"), error.span().unwrap_or(text.len()..text.len()), "here", fix)
+    Fault::new(format!("not TOML: {message}"), span, "here", fix)
 }
 
 fn read_image(value: &Value) -> Result<(ImageSize, [u8; 3]), Fault> {
@@ -88,31 +140,82 @@ fn read_image(value: &Value) -> Result<(ImageSize, [u8; 3]), Fault> {
     Ok((size, section.read("background", color)?.unwrap_or([0; 3])))
 }
 
-fn read_camera(value: &Value) -> Result<Camera, Fault> {
+/// What `[camera]` says, with its places.
+struct ReadCamera<'t, 'i> {
+    section: Section<'t, 'i>,
+    wanted: Wanted,
+    notes: Vec<String>,
+}
+
+fn read_camera<'t, 'i>(value: &'t Value<'i>) -> Result<ReadCamera<'t, 'i>, Fault> {
     let known = ["projection", "origin", "view", "look_at", "up", "width", "height", "fov", "near", "far"];
     let section = Section::new("[camera]", value, &known)?;
     let projection = section.read("projection", projection)?.unwrap_or(Projection::Orthographic);
-    let origin = section.read("origin", vector)?.unwrap_or_default();
     section.not_both("view", "look_at")?;
-    let view = match (section.read("view", vector)?, section.read("look_at", vector)?) {
-        (Some(view), _) => view,
-        (None, Some(point)) => point - origin,
-        (None, None) => {
-            return Err(Fault::new(
-                "the camera has neither `view` nor `look_at`",
-                section.span,
-                "no view direction",
-                "add view = [1.0, 0.0, 0.0] (a direction) or look_at = [x, y, z] (a point)",
-            ));
-        }
+    let (size, notes) = read_screen(&section, projection)?;
+    let wanted = Wanted {
+        projection,
+        origin: section.read("origin", vector)?,
+        view: section.read("view", vector)?,
+        look_at: section.read("look_at", vector)?,
+        up: section.read("up", vector)?,
+        size,
+        near: section.read("near", number)?.unwrap_or(0.0),
+        far: section.read("far", number)?.unwrap_or(f64::INFINITY),
     };
-    let up = section.read("up", vector)?.unwrap_or(glam::DVec3::Z);
-    let size = read_screen(&section, projection)?;
-    let near = section.read("near", number)?.unwrap_or(0.0);
-    let far = section.read("far", number)?.unwrap_or(f64::INFINITY);
-    let camera = Camera { projection, origin, view, up, size, near, far };
-    camera.check().map_err(|error| camera_fault(&section, &error))?;
-    Ok(camera)
+    // What is given must be right whatever is in the scene: other numbers stand for what is left
+    // out.
+    let up = wanted.up.unwrap_or(DVec3::Z);
+    let given = wanted.view.or_else(|| Some(wanted.look_at? - wanted.origin?));
+    let stand_in = Camera {
+        projection,
+        origin: wanted.origin.unwrap_or_default(),
+        view: given.unwrap_or(if parallel(up, DVec3::X) { DVec3::Y } else { DVec3::X }),
+        up,
+        size: size.unwrap_or(ScreenSize::Width(1.0)),
+        near: wanted.near,
+        far: wanted.far,
+    };
+    stand_in.check().map_err(|error| camera_fault(&section, &error))?;
+    Ok(ReadCamera { section, wanted, notes })
+}
+
+/// Puts together what has been read. The scene is looked at to choose what `[camera]` leaves out.
+fn finish(
+    scene: Scene,
+    camera: Option<ReadCamera>,
+    image: ImageSize,
+    background: [u8; 3],
+    files: Files,
+) -> Result<Loaded, Fault> {
+    let wanted = camera.as_ref().map(|camera| camera.wanted);
+    if let Err(error) = wanted.unwrap_or_default().camera(&scene.bounds(), image).check() {
+        let too_large = |span| {
+            Fault::new(
+                "no camera can be framed around so large a scene: it would stand beyond the range of 64-bit floats",
+                span,
+                "left to be chosen",
+                "give [camera] an origin, a view and a width, or divide all centres and radii by a power of ten",
+            )
+        };
+        return Err(match &camera {
+            Some(ReadCamera { section, wanted, .. }) => match error {
+                CameraError::UpParallel if section.get("up").is_some() => Fault::new(
+                    "up is parallel to the direction from the origin to the middle of the scene",
+                    section.place("up"),
+                    "parallel to where the camera looks",
+                    "leave `up` out, or add a `view` that points another way",
+                ),
+                error if wanted.fixed().is_some() => camera_fault(section, &error),
+                _ => too_large(section.span.clone()),
+            },
+            None => too_large(0..0),
+        });
+    }
+    let notes = camera.map_or(Vec::new(), |camera| camera.notes);
+    let fixed_camera = wanted.and_then(|wanted| wanted.fixed());
+    let Files { paths, watch, copied, .. } = files;
+    Ok(Loaded { scene, fixed_camera, wanted, image, background, files: paths, watch, copied, notes })
 }
 
 fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
@@ -120,7 +223,7 @@ fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
         "orthographic" => Ok(Projection::Orthographic),
         "perspective" => Ok(Projection::Perspective),
         other => Err(Fault::new(
-            format!("unknown projection \"{other}\""),
+            format!("unknown projection \"{}\"", text::value(other)),
             value.span(),
             "unknown",
             "write projection = \"orthographic\" or projection = \"perspective\"",
@@ -128,7 +231,7 @@ fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
     }
 }
 
-fn read_screen(section: &Section, projection: Projection) -> Result<ScreenSize, Fault> {
+fn read_screen(section: &Section, projection: Projection) -> Result<(Option<ScreenSize>, Vec<String>), Fault> {
     section.not_both("width", "fov")?;
     section.not_both("height", "fov")?;
     let fov = section.read("fov", number)?;
@@ -140,20 +243,38 @@ fn read_screen(section: &Section, projection: Projection) -> Result<ScreenSize, 
             "an orthographic camera has no field of view",
             "add projection = \"perspective\", or give `width` in world units instead of `fov`",
         )),
-        (Projection::Perspective, Some(fov), _) => {
-            height_from_fov(fov).map(ScreenSize::Height).map_err(|error| camera_fault(section, &error))
+        (Projection::Perspective, Some(fov), _) => match height_from_fov(fov) {
+            Ok(height) => Ok((Some(ScreenSize::Height(height)), Vec::new())),
+            Err(error) => Err(camera_fault(section, &error)),
+        },
+        (_, None, (width, height)) => {
+            let notes = match projection {
+                Projection::Perspective => wide(width, height).into_iter().collect(),
+                Projection::Orthographic => Vec::new(),
+            };
+            let size = match (width, height) {
+                (Some(width), Some(height)) => Some(ScreenSize::Both { width, height }),
+                (Some(width), None) => Some(ScreenSize::Width(width)),
+                (None, Some(height)) => Some(ScreenSize::Height(height)),
+                (None, None) => None,
+            };
+            Ok((size, notes))
         }
-        (_, None, (Some(width), Some(height))) => Ok(ScreenSize::Both { width, height }),
-        (_, None, (Some(width), None)) => Ok(ScreenSize::Width(width)),
-        (_, None, (None, Some(height))) => Ok(ScreenSize::Height(height)),
-        (Projection::Orthographic, None, (None, None)) => Ok(ScreenSize::Width(10.0)),
-        (Projection::Perspective, None, (None, None)) => Err(Fault::new(
-            "the perspective camera has no `fov`, `width` or `height`",
-            section.span.clone(),
-            "how wide it sees is missing",
-            "add fov = 40.0 (vertical, degrees), or width or height (of the image plane at distance 1)",
-        )),
     }
+}
+
+/// A word on a perspective screen that is meant for an orthographic camera, as far as one can tell:
+/// who wants a field of view of more than 150 degrees says so in degrees.
+fn wide(width: Option<f64>, height: Option<f64>) -> Option<String> {
+    let sides = [("width", width), ("height", height)].map(|(key, side)| (key, side.unwrap_or(0.0)));
+    let (key, side) = if sides[1].1 > sides[0].1 { sides[1] } else { sides[0] };
+    let degrees = 2.0 * (0.5 * side).atan().to_degrees();
+    let instead = if width.is_some() && height.is_some() { "`width` and `height`".into() } else { format!("`{key}`") };
+    (degrees > 150.0).then(|| {
+        format!(
+            "{key} {side} at distance 1 is a field of view of {degrees:.0} degrees; fov = 60.0 is usual, in place of {instead}"
+        )
+    })
 }
 
 /// The camera's own words, split into what is wrong and the fix, at the place that they speak of.
@@ -166,16 +287,25 @@ fn camera_fault(section: &Section, error: &CameraError) -> Fault {
             "look_at - origin is beyond the range of 64-bit floats",
             section.place(direction),
             "too far from the origin",
-            "give a point nearer to the camera, or `view`",
+            "give a point nearer to the camera, or `view`, a direction, in its place",
         ),
         CameraError::ZeroView if direction == "look_at" => Fault::new(
             "`look_at` is the camera's origin: the view direction is zero",
             section.place("look_at"),
             "the same point as the origin",
-            "give another point, or `view`, a direction",
+            "give another point, or `view`, a direction, in its place",
         ),
         CameraError::ZeroView => Fault::new(message, section.place("view"), "zero", fix),
         CameraError::Fov(_) => Fault::new(message, section.place("fov"), "not between 0 and 180", fix),
+        CameraError::UpZero => Fault::new(
+            "up is zero, which points nowhere",
+            section.place("up"),
+            "zero",
+            match section.read("view", vector) {
+                Ok(Some(view)) if parallel(view, DVec3::Z) => "write up = [0.0, 1.0, 0.0]",
+                _ => "leave `up` out: it is [0.0, 0.0, 1.0] then",
+            },
+        ),
         CameraError::UpParallel if section.get("up").is_none() => Fault::new(
             "the view direction is parallel to the default up, [0, 0, 1]",
             section.place(direction),

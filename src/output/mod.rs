@@ -23,7 +23,7 @@ use self::{
     stream::{Stream, flushed},
     whole::{Ready, Scratch},
 };
-use crate::{identity::Identity, litter};
+use crate::{identity::Identity, litter, text};
 
 /// Bytes that wait in memory. Most outputs are smaller: their temporary file lives for a moment
 /// only.
@@ -42,7 +42,7 @@ pub enum Target {
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The folder of the target is not there.
-    #[error("cannot write {}: there is no folder {}; make it first", .target.display(), .folder.display())]
+    #[error("cannot write {}: there is no folder {}; make it first", text::name(.target), text::name(.folder))]
     NoFolder {
         /// The file.
         target: PathBuf,
@@ -50,21 +50,21 @@ pub enum OutputError {
         folder: PathBuf,
     },
     /// The target is a folder.
-    #[error("cannot write {}: it is a folder; name a file", .0.display())]
+    #[error("cannot write {}: it is a folder; name a file", text::name(.0))]
     IsFolder(PathBuf),
     /// The target has no name.
     #[error("cannot write a file whose name is empty; name a file")]
     NoName,
     /// The target is a disk.
-    #[error("cannot write {}: it is a disk (a block device), which would lose what it holds; name a file", .0.display())]
+    #[error("cannot write {}: it is a disk (a block device), which would lose what it holds; name a file", text::name(.0))]
     IsDisk(PathBuf),
     /// Nobody may write the file.
-    #[error("cannot write {}: it is read-only; `chmod u+w` it if it may be replaced, or name another file", .0.display())]
+    #[error("cannot write {}: it is read-only; `chmod u+w` it if it may be replaced, or name another file", text::name(.0))]
     ReadOnly(PathBuf),
     /// No file can be made in the folder.
     #[error(
         "cannot write {}: you may not make files in the folder {}; name a file in a folder of your own",
-        .target.display(), .folder.display()
+        text::name(.target), text::name(.folder)
     )]
     FolderReadOnly {
         /// The file.
@@ -80,7 +80,7 @@ pub enum OutputError {
         stream::words(*.0), stream::opened(*.0))]
     NotForWriting(i32),
     /// An ending that stands for another format.
-    #[error("{option} {}: {what} is written as .{ending}; name it {}", .target.display(), .better.display())]
+    #[error("{option} {}: {what} is written as .{ending}; name it {}", text::name(.target), text::name(.better))]
     Ending {
         /// What the name was given for.
         option: String,
@@ -113,7 +113,7 @@ impl Target {
     pub fn io(&self, source: io::Error) -> OutputError {
         let target = match self {
             Self::Stdout => "standard output".into(),
-            Self::File(path) => path.display().to_string(),
+            Self::File(path) => text::name(path),
         };
         OutputError::Io { target, source }
     }

@@ -29,7 +29,7 @@ impl Place {
     /// # Errors
     /// When it leads to a folder, a disk, or nowhere.
     pub fn of(target: &Path) -> Result<Self, OutputError> {
-        let named = |source| OutputError::Io { target: target.display().to_string(), source };
+        let named = |source| OutputError::Io { target: crate::text::name(target), source };
         if target.as_os_str().is_empty() {
             return Err(OutputError::NoName);
         }
@@ -146,14 +146,14 @@ fn check_file(path: &Path, target: &Path) -> Result<(), OutputError> {
             }
             Err(OutputError::FolderReadOnly { target: target.into(), folder: folder.into() })
         }
-        Err(source) => Err(OutputError::Io { target: target.display().to_string(), source }),
+        Err(source) => Err(OutputError::Io { target: crate::text::name(target), source }),
         // Root may write it all the same; the mode says what was wanted.
         Ok(data) if data.permissions().readonly() => Err(OutputError::ReadOnly(target.into())),
         Ok(_) => match fs::OpenOptions::new().write(true).open(path) {
             Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Err(OutputError::ReadOnly(target.into())),
             // A program that runs: it can be replaced.
             Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => Ok(()),
-            Err(source) => Err(OutputError::Io { target: target.display().to_string(), source }),
+            Err(source) => Err(OutputError::Io { target: crate::text::name(target), source }),
             Ok(_) => Ok(()),
         },
     }

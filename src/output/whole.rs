@@ -139,7 +139,7 @@ impl Ready {
             Ok(()) => Ok((links > 1).then(|| {
                 format!(
                     "{} had {} more name{} (hard links), which keep{} the old file",
-                    path.display(),
+                    crate::text::name(path),
                     links - 1,
                     if links == 2 { "" } else { "s" },
                     if links == 2 { "s" } else { "" }

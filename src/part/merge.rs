@@ -24,7 +24,8 @@ pub enum MergeError {
     /// They show different things.
     #[error(
         "{one} and {other} are not parts of one picture: {field} is {one_has} in the first, {other_has} in the second; \
-         draw all parts with the same [camera], --size and background (a scene without [camera] is framed by its own spheres)"
+         draw all parts with the same [camera], --size and background (a [camera] \
+         without an origin, a view or a size is framed by the spheres of its own part)"
     )]
     View {
         /// A part.

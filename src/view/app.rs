@@ -232,7 +232,7 @@ impl App {
             match screenshot::save(name, view, &frame.ids, &paint, &loaded.watch) {
                 Ok(path) => {
                     let tables = screenshot::tables(&view.camera, view.image, loaded.background);
-                    say(&format!("saved {}, whose view is\n\n{tables}", path.display()));
+                    say(&format!("saved {}, whose view is\n\n{tables}", crate::text::name(path)));
                 }
                 Err(error) => say(&format!("error: {error}")),
             }
@@ -336,9 +336,9 @@ impl App {
 
     fn retitle(&self) {
         let Some((window, _)) = &self.window else { return };
-        let name = self.start.name.display();
+        let name = crate::text::name(&self.start.name);
         let title = if let Some(changed) = &self.changed {
-            format!("{name} | {} changed; open it again", changed.path.display())
+            format!("{name} | {} changed; open it again", crate::text::name(&changed.path))
         } else if self.help {
             format!("{name} | {}", keys::SHORT)
         } else {

@@ -111,7 +111,7 @@ fn tried() -> String {
     }
     ["WAYLAND_DISPLAY", "DISPLAY"]
         .map(|name| match std::env::var_os(name).filter(|value| !value.is_empty()) {
-            Some(value) => format!("{name} is {}", value.display()),
+            Some(value) => format!("{name} is {}", crate::text::name(value)),
             None => format!("{name} is not set"),
         })
         .join(", ")
