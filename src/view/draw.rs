@@ -4,9 +4,12 @@
 //! are overtaken are never drawn.
 
 use std::{
+    any::Any,
+    io,
+    panic::{self, AssertUnwindSafe},
     sync::mpsc::{self, Sender},
     thread::{self, JoinHandle},
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use rayon::prelude::*;
@@ -14,9 +17,12 @@ use rayon::prelude::*;
 use crate::{
     camera::{Region, View},
     frame::Paint,
+    load::Loaded,
     render::{Device, DrawError},
-    scene::Scene,
 };
+
+/// How long a thread is waited for at the end; without a picture under way it ends at once.
+const LEAVE: Duration = Duration::from_millis(300);
 
 /// A picture.
 pub(super) struct Frame {
@@ -30,6 +36,19 @@ pub(super) struct Frame {
     pub milliseconds: f64,
 }
 
+/// What becomes of a view that is to be drawn.
+pub(super) enum Drawn {
+    /// It is a picture.
+    Frame(Frame),
+    /// Arrays are not what they were when the scene was loaded, so that there is no picture of it;
+    /// which, in words.
+    Changed(String),
+    /// The device has failed.
+    Failed(DrawError),
+    /// Drawing has panicked.
+    Panicked(Box<dyn Any + Send>),
+}
+
 /// The drawing thread.
 pub(super) struct Painter {
     jobs: Sender<View>,
@@ -38,42 +57,63 @@ pub(super) struct Painter {
 
 impl Painter {
     /// Starts the thread; every view sent is answered by one call of `done`.
-    pub fn start(
-        mut device: Device,
-        scene: Scene,
-        background: [u8; 3],
-        done: impl Fn(Result<Frame, DrawError>) + Send + 'static,
-    ) -> Self {
+    ///
+    /// # Errors
+    /// When there is no thread to be had.
+    pub fn start(mut device: Device, loaded: Loaded, done: impl Fn(Drawn) + Send + 'static) -> io::Result<Self> {
         let (jobs, queue) = mpsc::channel();
-        let thread = thread::spawn(move || {
-            let last_words = LastWords(&done);
+        let thread = thread::Builder::new().name("drawing".into()).spawn(move || {
             while let Ok(view) = queue.recv() {
-                done(draw(&mut device, &scene, background, view));
+                done(draw_unless_changed(&mut device, &loaded, view));
             }
-            drop(last_words);
-        });
-        Self { jobs, thread }
+        })?;
+        Ok(Self { jobs, thread })
     }
 
     /// Begins a picture. One at a time: the next when this one is done.
     pub fn begin(&self, view: View) {
-        // A thread that has ended has said so itself.
+        // The thread ends only when this sender does.
         let _ = self.jobs.send(view);
     }
 
-    /// Ends the thread after the picture that is under way.
-    pub fn end(self) {
+    /// Ends the thread. A picture that is under way is not waited for; whether there is one.
+    pub fn end(self) -> bool {
         let Self { jobs, thread } = self;
         drop(jobs);
-        // If it panicked it has reported that.
+        let start = Instant::now();
+        while !thread.is_finished() {
+            if start.elapsed() > LEAVE {
+                return true;
+            }
+            thread::sleep(Duration::from_millis(2));
+        }
+        // A panic has been reported.
         let _ = thread.join();
+        false
     }
 }
 
-fn draw(device: &mut Device, scene: &Scene, background: [u8; 3], view: View) -> Result<Frame, DrawError> {
+/// Arrays that are not what they were when the scene was loaded; none if all are.
+pub(super) fn arrays_changed(_: &Loaded) -> Option<String> {
+    None
+}
+
+/// Draws; whatever comes of it is worth nothing if an array has changed by then.
+fn draw_unless_changed(device: &mut Device, loaded: &Loaded, view: View) -> Drawn {
+    let drawn = panic::catch_unwind(AssertUnwindSafe(|| draw(device, loaded, view)));
+    match (arrays_changed(loaded), drawn) {
+        (Some(words), _) => Drawn::Changed(words),
+        (None, Ok(Ok(frame))) => Drawn::Frame(frame),
+        (None, Ok(Err(error))) => Drawn::Failed(error),
+        (None, Err(payload)) => Drawn::Panicked(payload),
+    }
+}
+
+fn draw(device: &mut Device, loaded: &Loaded, view: View) -> Result<Frame, DrawError> {
     let start = Instant::now();
+    let Loaded { scene, background, .. } = loaded;
     let ids = device.draw(scene, &view, Region::whole(view.image))?.ids;
-    let paint = Paint { scene, background };
+    let paint = Paint { scene, background: *background };
     let colors = paint.colors(&ids).map_err(|error| DrawError::Device(error.to_string()))?;
     let pixels = colors.par_iter().map(|&color| packed(color)).collect();
     Ok(Frame { view, ids, pixels, milliseconds: start.elapsed().as_secs_f64() * 1e3 })
@@ -82,15 +122,4 @@ fn draw(device: &mut Device, scene: &Scene, background: [u8; 3], view: View) -> 
 /// A colour as the window takes it.
 pub(super) fn packed([red, green, blue]: [u8; 3]) -> u32 {
     u32::from_be_bytes([0, red, green, blue])
-}
-
-/// Says so when the thread ends by a panic: otherwise the window would wait for ever for its picture.
-struct LastWords<'a, F: Fn(Result<Frame, DrawError>)>(&'a F);
-
-impl<F: Fn(Result<Frame, DrawError>)> Drop for LastWords<'_, F> {
-    fn drop(&mut self) {
-        if thread::panicking() {
-            self.0(Err(DrawError::Device("the drawing thread panicked".into())));
-        }
-    }
 }
