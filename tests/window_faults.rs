@@ -1,9 +1,9 @@
-//! The window where things go wrong: displays that are not there, do not answer, lack something or go away; variables that
-//! make no sense; a window that is taken away; pictures that take too long.
+//! The window where things go wrong: displays that are not there, do not answer, lack something or
+//! go away; variables that make no sense; a window that is taken away; pictures that take too long.
 //!
-//! Whatever happens, the program ends with an exit code that is documented and with words, or the window shows the picture.
-//! It never hangs and it never panics. That a machine under load is slow is allowed for everywhere: a limit is there to tell
-//! waiting from hanging.
+//! Whatever happens, the program ends with an exit code that is documented and with words, or the
+//! window shows the picture. It never hangs and it never panics. That a machine under load is slow
+//! is allowed for everywhere: a limit is there to tell waiting from hanging.
 #![cfg(all(feature = "window", target_os = "linux"))]
 
 mod display;
@@ -181,7 +181,8 @@ impl Drop for Program {
     }
 }
 
-/// What the server holds in a window: its size; levels of red, green and blue; and how many levels there are.
+/// What the server holds in a window: its size; levels of red, green and blue; and how many levels
+/// there are.
 fn levels(server: &XServer, window: &str) -> ([u32; 2], Vec<[u32; 3]>, [u32; 3]) {
     let (connection, screen) = RustConnection::connect(Some(&server.display)).unwrap();
     let (setup, window) = (connection.setup(), window.parse().unwrap());
@@ -267,7 +268,8 @@ impl Fake {
     }
 }
 
-/// The number of a display that no server has, and the name of its socket, which is removed in the end.
+/// The number of a display that no server has, and the name of its socket, which is removed in the
+/// end.
 struct Display(u32, PathBuf);
 
 impl Display {
@@ -293,8 +295,8 @@ impl Drop for Display {
     }
 }
 
-/// A scene that takes far longer to draw than any test waits: at every pixel, which of thousands of spheres comes first is
-/// a matter of their last bits.
+/// A scene that takes far longer to draw than any test waits: at every pixel, which of thousands of
+/// spheres comes first is a matter of their last bits.
 fn endless() -> String {
     use std::fmt::Write;
     let mut scene = String::from("[camera]\nview = [1.0, 0.0, 0.0]\norigin = [-5.0, 0.0, 0.0]\nwidth = 3.0\n");
@@ -433,7 +435,8 @@ fn a_server_that_starts_anew_is_tried_again() {
         }
     });
     let mut program = Program::view(SCENE, |command| command.env("DISPLAY", display.name()));
-    // Descriptors do not go through this, so that memory cannot be shared: the picture comes all the same.
+    // Descriptors do not go through this, so that memory cannot be shared: the picture comes all
+    // the same.
     let window = program.focused(&server);
     shows(&program, &server, &window);
     program.up_and_quit(&server);
@@ -523,7 +526,8 @@ fn pictures_of_any_size_go_through_every_connection() {
 
 #[test]
 fn pictures_come_where_memory_cannot_be_shared() {
-    // A limit to the size of files holds for shared memory too, and beyond it a signal ends the process.
+    // A limit to the size of files holds for shared memory too, and beyond it a signal ends the
+    // process.
     let limited: Setting = &|command| {
         let limit = libc::rlimit { rlim_cur: 100_000, rlim_max: 100_000 };
         // SAFETY: between fork and exec only a system call is made.
@@ -689,11 +693,13 @@ impl Weston {
         self.folder.path().join("test")
     }
 
-    /// Waits until the program has a window there: what it says of itself stands in the compositor's list of clients.
+    /// Waits until the program has a window there: what it says of itself stands in the
+    /// compositor's list of clients.
     fn shows(&self, program: &mut Program) {
         wait_for("a window", || {
             assert!(program.process.try_wait().unwrap().is_none(), "it ended: {}", program.stderr());
-            // Memory for pictures is shared only when there is a window, and something to show in it.
+            // Memory for pictures is shared only when there is a window, and something to show in
+            // it.
             let maps = fs::read_to_string(format!("/proc/{}/maps", program.process.id())).ok()?;
             maps.contains("memfd:softbuffer").then_some(())
         });

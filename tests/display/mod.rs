@@ -1,7 +1,7 @@
 //! What the tests of the window share: displays that show to nobody, and waiting.
 //!
-//! Every test has a server of its own, because there is one pointer and one focus a server. What a test needs and does not
-//! find, it names and fails; `tests/run.sh` installs it.
+//! Every test has a server of its own, because there is one pointer and one focus a server. What a
+//! test needs and does not find, it names and fails; `tests/run.sh` installs it.
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use std::{
@@ -82,7 +82,8 @@ impl XServer {
 
 impl Drop for XServer {
     fn drop(&mut self) {
-        // Asked, not killed: it then takes its lock file away. `kill` is part of every shell; the program may be missing.
+        // Asked, not killed: it then takes its lock file away. `kill` is part of every shell; the
+        // program may be missing.
         let asked = Command::new("sh").args(["-c", &format!("kill {}", self.process.id())]).status();
         if !asked.is_ok_and(|status| status.success()) {
             let _ = self.process.kill();
