@@ -11,16 +11,19 @@
 # target folder, and nothing is installed. Elsewhere PLANISPHERE_SECOND_DRIVER names the driver's file, such as
 # /opt/swiftshader/vk_swiftshader_icd.json; `none` leaves the second driver out. With arguments only the first is tested.
 #
-# Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, and
-# the libraries that the window loads when it opens under X. On Debian and Ubuntu what is missing is installed, with sudo
-# if need be; elsewhere this script says what is missing and stops. No test is ever skipped for lack of something.
+# Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, a
+# Wayland compositor without one (weston), and the libraries that the window loads when it opens. On Debian and Ubuntu
+# what is missing is installed, with sudo if need be; elsewhere this script says what is missing and stops. No test is
+# ever skipped for lack of something.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# The Vulkan loader and Mesa's software device, the X server, the keys, setpriv and prlimit; then what winit and softbuffer load.
+# The Vulkan loader and Mesa's software device, the X server, the keys, the compositor, setpriv and
+# prlimit; then what winit loads.
 packages=(
-    libvulkan1 mesa-vulkan-drivers xvfb xdotool util-linux
+    libvulkan1 mesa-vulkan-drivers xvfb xdotool weston util-linux
     libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0
+    libwayland-client0
 )
 
 say() {
@@ -59,13 +62,14 @@ elsewhere() {
     local missing=() drivers
     command -v Xvfb >/dev/null || missing+=("Xvfb")
     command -v xdotool >/dev/null || missing+=("xdotool")
+    command -v weston >/dev/null || missing+=("weston")
     drivers=$(find /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d /etc/vulkan/icd.d -name '*.json' 2>/dev/null || true)
     [[ -n "$drivers" || "$(uname -s)" != Linux ]] || missing+=("a Vulkan driver")
     if ((${#missing[@]} > 0)); then
         say "missing: ${missing[*]}. Install them and run this again:"
-        say "  Fedora   dnf install mesa-vulkan-drivers vulkan-loader xorg-x11-server-Xvfb xdotool libxkbcommon-x11 libXcursor libXi"
-        say "  Arch     pacman -S vulkan-swrast vulkan-icd-loader xorg-server-xvfb xdotool libxkbcommon-x11 libxcursor libxi"
-        say "  openSUSE zypper install libvulkan_lvp libvulkan1 xorg-x11-server-Xvfb xdotool libxkbcommon-x11-0 libXcursor1 libXi6"
+        say "  Fedora   dnf install mesa-vulkan-drivers vulkan-loader xorg-x11-server-Xvfb xdotool weston libxkbcommon-x11 libXcursor libXi"
+        say "  Arch     pacman -S vulkan-swrast vulkan-icd-loader xorg-server-xvfb xdotool weston libxkbcommon-x11 libxcursor libxi"
+        say "  openSUSE zypper install libvulkan_lvp libvulkan1 xorg-x11-server-Xvfb xdotool weston libxkbcommon-x11-0 libXcursor1 libXi6"
         say "Other systems: any Vulkan, Metal or DX12 driver, and XQuartz or another X server with Xvfb."
         return 1
     fi

@@ -5,14 +5,17 @@
 //! find, it names and fails; `tests/run.sh` installs it.
 #![cfg(all(feature = "window", target_os = "linux"))]
 
+mod display;
+
 use std::{
     fs::{self, File},
-    io::{BufRead, BufReader},
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
     thread::sleep,
     time::{Duration, Instant},
 };
+
+use display::{PATIENCE, XServer, planisphere, start, wait_for};
 
 use image::RgbImage;
 use tempfile::TempDir;
@@ -22,8 +25,8 @@ use x11rb::{
     rust_connection::RustConnection,
 };
 
-/// How long anything may take before the test fails; a machine under load is slow.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Arguments of the X server.
+const SCREEN: [&str; 3] = ["-screen", "0", "1280x1024x24"];
 
 /// A pixel is 1/64 wide, so that moves by whole pixels are exact. The camera sees neither all of the scene nor its middle.
 const CAMERA: &str = "
@@ -31,7 +34,10 @@ const CAMERA: &str = "
 view = [1.0, 0.0, 0.0]
 width = 5.0
 height = 4.0
+";
 
+/// The image of the scene.
+const IMAGE: &str = "
 [image]
 width = 320
 height = 256
@@ -56,89 +62,29 @@ radius = 1.0
 color = \"#0000ff\"
 ";
 
-fn planisphere() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_planisphere"));
-    command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env_remove("DISPLAY");
-    command
-}
-
 /// Something that is done to a window.
 type Gesture<'a> = &'a dyn Fn(&Viewer);
-
-/// Asks until there is an answer.
-fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(start.elapsed() < PATIENCE, "waited in vain: {what}");
-        sleep(Duration::from_millis(10));
-    }
-}
-
-fn start(command: &mut Command, package: &str) -> Child {
-    let program = command.get_program().to_string_lossy().into_owned();
-    command.spawn().unwrap_or_else(|error| {
-        panic!(
-            "{program}: {error}\nThis test needs {program}; on Debian: apt-get install {package}, or run tests/run.sh"
-        )
-    })
-}
-
-/// An X server that shows to nobody.
-struct Server {
-    process: Child,
-    display: String,
-}
-
-impl Server {
-    fn new() -> Self {
-        let mut process = start(
-            Command::new("Xvfb")
-                .args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp", "-noreset"])
-                .stdout(Stdio::piped())
-                .stderr(Stdio::null()),
-            "xvfb",
-        );
-        // It writes its number when it is ready.
-        let mut line = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        assert!(!line.trim().is_empty(), "Xvfb did not start");
-        Self { process, display: format!(":{}", line.trim()) }
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // Asked, not killed: it then takes its lock file away. `kill` is part of every shell; the program may be missing.
-        let asked = Command::new("sh").args(["-c", &format!("kill {}", self.process.id())]).status();
-        if !asked.is_ok_and(|status| status.success()) {
-            let _ = self.process.kill();
-        }
-        let _ = self.process.wait();
-    }
-}
 
 /// The program with its window.
 struct Viewer {
     process: Child,
     window: String,
     folder: TempDir,
-    server: Server,
+    server: XServer,
 }
 
 impl Viewer {
     /// Opens `ball.toml` with this camera and waits for its picture.
     fn open(camera: &str, arguments: &[&str]) -> Self {
-        let server = Server::new();
+        let server = XServer::new(&SCREEN);
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("ball.toml"), format!("{camera}{SPHERES}")).unwrap();
+        fs::write(folder.path().join("ball.toml"), format!("{camera}{IMAGE}{SPHERES}")).unwrap();
         let process = planisphere()
             .args(["view", "ball.toml"])
             .args(arguments)
             .current_dir(folder.path())
             .env("DISPLAY", &server.display)
+            .stdout(File::create(folder.path().join("stdout")).unwrap())
             .stderr(File::create(folder.path().join("stderr")).unwrap())
             .spawn()
             .unwrap();
@@ -179,6 +125,10 @@ impl Viewer {
 
     fn stderr(&self) -> String {
         fs::read_to_string(self.folder.path().join("stderr")).unwrap()
+    }
+
+    fn stdout(&self) -> String {
+        fs::read_to_string(self.folder.path().join("stdout")).unwrap()
     }
 
     fn key(&self, key: &str) {
@@ -243,23 +193,23 @@ impl Viewer {
         }
     }
 
-    /// Presses S; the new file, and what was said about it: a camera and an image size.
+    /// Presses S; the new file, and the camera that goes to standard output.
     fn screenshot(&self) -> (PathBuf, String) {
-        let before = self.stderr().len();
+        let (before, printed) = (self.stderr().len(), self.stdout().len());
         self.key("s");
-        let said = wait_for("a screenshot", || {
-            let said = self.stderr()[before..].to_owned();
-            said.contains("background = ").then_some(said)
+        let table = wait_for("a screenshot", || {
+            let table = self.stdout()[printed..].to_owned();
+            table.contains("\nnear = ").then_some(table)
         });
-        let (first, tables) = said.split_once("\n\n").unwrap();
-        let name = first.strip_prefix("saved ").and_then(|rest| rest.split_once(',')).unwrap().0;
-        (self.folder.path().join(name), tables.to_owned())
+        let said = self.stderr()[before..].to_owned();
+        let name = said.strip_prefix("saved ").and_then(|rest| rest.strip_suffix('\n')).expect(&said);
+        (self.folder.path().join(name), table)
     }
 
-    /// What `render` writes for a camera and an image size.
-    fn render(&self, tables: &str, arguments: &[&str]) -> Vec<u8> {
+    /// What `render` writes for the scene with another camera.
+    fn render(&self, camera: &str, arguments: &[&str]) -> Vec<u8> {
         let (scene, out) = (self.folder.path().join("again.toml"), self.folder.path().join("again.png"));
-        fs::write(&scene, format!("{tables}{SPHERES}")).unwrap();
+        fs::write(&scene, format!("{camera}{IMAGE}{SPHERES}")).unwrap();
         let ended = planisphere()
             .args(["render", "--device", "cpu"])
             .args([&scene, Path::new("-o"), &out])
@@ -272,12 +222,14 @@ impl Viewer {
 
     /// That a screenshot now is what `render` writes, and what the window shows; its camera.
     fn check(&self) -> (RgbImage, toml::Table) {
-        let (path, tables) = self.screenshot();
+        let (path, table) = self.screenshot();
         let bytes = fs::read(&path).unwrap();
-        assert!(bytes == self.render(&tables, &[]), "{} is not what render writes for\n{tables}", path.display());
         let picture = decode(&bytes);
+        let size = format!("{}x{}", picture.width(), picture.height());
+        let again = self.render(&table, &["--size", &size]);
+        assert!(bytes == again, "{} is not what render writes for\n{table}", path.display());
         self.shows(&picture);
-        (picture, tables.parse::<toml::Table>().unwrap()["camera"].as_table().unwrap().clone())
+        (picture, table.parse::<toml::Table>().unwrap()["camera"].as_table().unwrap().clone())
     }
 
     /// Presses a key that ends it; how it ended.
@@ -313,11 +265,12 @@ fn screenshots_are_what_render_writes_and_what_is_seen() {
     let taken = viewer.folder.path().join("ball-002.png");
     fs::write(&taken, "mine").unwrap();
 
-    let (first, tables) = viewer.screenshot();
+    let (first, table) = viewer.screenshot();
     assert_eq!(first, viewer.folder.path().join("ball-001.png"));
     let bytes = fs::read(&first).unwrap();
     assert!(bytes == viewer.render(CAMERA, &[]), "what the scene's own camera sees");
-    assert!(bytes == viewer.render(&tables, &[]), "what the camera that is printed sees:\n{tables}");
+    assert!(bytes == viewer.render(&table, &[]), "what the camera that is printed sees:\n{table}");
+    assert!(table.starts_with("# as seen at 320 x 256 pixels\n[camera]\n") && !table.contains("[image]"), "{table}");
     let home = decode(&bytes);
     viewer.shows(&home);
 
@@ -440,6 +393,7 @@ fn keys_frame_switch_list_and_quit() {
     viewer.change(|v| v.key("o"));
     let (perspective, camera) = viewer.check();
     assert_eq!(camera["projection"].as_str(), Some("perspective"));
+    assert_eq!(camera.get("fov").and_then(toml::Value::as_float), Some(40.0), "{camera}");
     assert!(blue(&perspective) > 50 && perspective != all);
     viewer.change(|v| v.drag("1", [10, 200], [60, 190]));
     viewer.change(|v| drop(v.xdotool(&["click", "4"])));
@@ -508,7 +462,7 @@ fn the_gpu_shows_the_same() {
 fn without_a_display_there_is_a_message() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("ball.toml");
-    fs::write(&scene, format!("{CAMERA}{SPHERES}")).unwrap();
+    fs::write(&scene, format!("{CAMERA}{IMAGE}{SPHERES}")).unwrap();
     let view = |scene: &Path, display: Option<&str>| -> (Option<i32>, String) {
         let Output { status, stderr, .. } =
             planisphere().arg("view").arg(scene).envs(display.map(|d| ("DISPLAY", d))).output().unwrap();

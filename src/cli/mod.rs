@@ -155,13 +155,18 @@ fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
 }
 
 fn ended(result: Result<(), Failure>) -> ExitCode {
+    ExitCode::from(conclude(&result))
+}
+
+/// Reports a failure; the exit code.
+fn conclude(result: &Result<(), Failure>) -> u8 {
     // A signal that is at work on another thread ends the process; what fails because of that has no words.
     std::mem::forget(Shield::up());
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => {
             complain(&failure.report(color_on_stderr()));
-            ExitCode::from(failure.exit_code())
+            failure.exit_code()
         }
     }
 }

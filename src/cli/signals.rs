@@ -26,7 +26,7 @@ pub(super) fn end_now(code: u8) -> ! {
 const PANIC: u8 = 101;
 
 /// Ends the process at once: other threads may be anywhere, and nothing of theirs is waited for.
-fn end(code: i32) -> ! {
+pub(super) fn end(code: i32) -> ! {
     #[cfg(unix)]
     // SAFETY: a call that does not come back, and touches nothing.
     unsafe {

@@ -1,12 +1,15 @@
 //! `planisphere view`: load, open a display and a device, show.
 
-use std::path::Path;
+use std::{
+    io::{self, Write},
+    path::Path,
+};
 
-use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say, silence};
+use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say};
 use crate::{
     load,
     render::Device,
-    view::{Display, Start},
+    view::{Display, Shown, Start},
 };
 
 /// Shows the window until it is closed.
@@ -16,14 +19,41 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     drop(progress);
     loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
     // Before the device: a display is missing more often, and looking for it takes no time.
-    let display = Display::open()?;
+    // SAFETY: the threads that run by now (those of the pool and of progress) use the environment
+    // through `std::env` if at all. No driver is loaded yet.
+    let display = unsafe { Display::open(say)? };
     let progress = Progress::step("starting the device");
     let opened = Device::open_telling(&args.device)?;
     drop(progress);
     say_device(&opened, &args.device);
-    silence(&loaded.watch);
     let stem = if args.scene == Path::new("-") { None } else { args.scene.file_stem() };
     let name = stem.map_or_else(|| "scene".into(), ToOwned::to_owned);
     let image = args.size.unwrap_or(loaded.image);
-    Ok(display.show(Start { loaded, name, image, say }, opened.device)?)
+    let Shown { result, drawing } = display.show(Start { loaded, name, image, say, print }, opened.device);
+    let result = result.map_err(Failure::from);
+    if drawing {
+        leave(&result);
+    }
+    result
+}
+
+/// A camera to standard output, at once: whoever reads it may be waiting for it. What could not be
+/// written is not kept for later.
+fn print(text: &str) -> io::Result<()> {
+    super::ends::stdout_is_open().map_err(io::Error::other)?;
+    #[cfg(unix)]
+    let mut out = {
+        use std::os::fd::AsFd;
+        std::fs::File::from(io::stdout().as_fd().try_clone_to_owned()?)
+    };
+    #[cfg(not(unix))]
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()
+}
+
+/// Ends the process while a picture is under way, without waiting for it: what libraries have
+/// arranged for the way out of a process would take a driver apart under the thread that draws.
+fn leave(result: &Result<(), Failure>) -> ! {
+    super::signals::end(super::conclude(result).into())
 }

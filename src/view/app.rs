@@ -3,8 +3,10 @@
 //! Input changes the camera at once and draws nothing. When the drawing thread is idle and the window shows another view than
 //! is wanted, that view is begun: a burst of input costs one picture, and no input costs none. A window that has to be filled
 //! again, because another one lay over it, is filled with the picture that is there.
+//!
+//! When an array changes on the disk, the last picture stays and no other is drawn.
 
-use std::{collections::VecDeque, num::NonZeroU32, rc::Rc};
+use std::{any::Any, collections::VecDeque, num::NonZeroU32, rc::Rc, sync::Arc};
 
 use glam::{DVec2, DVec3};
 use softbuffer::{Context, SoftBufferError, Surface};
@@ -18,21 +20,29 @@ use winit::{
 };
 
 use super::{
-    Start, ViewError,
-    draw::{Frame, NoFrame, Painter, packed},
+    Ended, Shown, Start, ViewError,
+    draw::{Drawn, Frame, Painter, arrays_changed, packed},
+    guard,
     keys::{self, Command, KEYS},
-    navigate, screenshot,
+    navigate,
+    picture::Picture,
+    screenshot::{self, Unsaved},
 };
 use crate::{
     camera::{Camera, ImageSize, MAX_SIDE, Projection, View},
     exact::decide::{Tally, Truth},
     frame::Paint,
-    load::ChangedFile,
     render::Device,
 };
 
-/// What the drawing thread sends.
-pub(super) type Message = Result<Frame, NoFrame>;
+/// What other threads send.
+pub(super) enum Message {
+    /// The drawing thread, for every view that it was given.
+    Drawn(Drawn),
+    /// The presenting thread, when it can do no more.
+    #[cfg(all(unix, not(target_vendor = "apple")))]
+    Trouble(super::x11::present::Trouble),
+}
 
 /// Notches of the wheel that double, or halve, what is seen.
 const NOTCHES: f64 = 4.0;
@@ -41,7 +51,18 @@ const NOTCH_PIXELS: f64 = 50.0;
 /// Part of the screen, in tenths, that a window takes at most when it is opened.
 const SCREEN_TENTHS: u32 = 9;
 
-type Canvas = Surface<OwnedDisplayHandle, Rc<Window>>;
+/// Where the window's pictures go.
+enum Canvas {
+    /// To the compositor or the system, at once.
+    Soft(Surface<OwnedDisplayHandle, Rc<Window>>),
+    /// To the thread that presents them on an X server.
+    #[cfg(all(unix, not(target_vendor = "apple")))]
+    X(super::x11::present::Presenter),
+}
+
+/// The X server that the window is on, and where its number there is put down.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+type OnX = (Arc<super::x11::Server>, Arc<std::sync::atomic::AtomicU32>);
 
 /// A drag that is under way.
 struct Drag {
@@ -57,6 +78,9 @@ struct Drag {
 /// The window's state.
 pub(super) struct App {
     start: Start,
+    proxy: EventLoopProxy<Message>,
+    #[cfg(all(unix, not(target_vendor = "apple")))]
+    on_x: Option<OnX>,
     device: String,
     painter: Option<Painter>,
     window: Option<(Rc<Window>, Canvas)>,
@@ -71,7 +95,9 @@ pub(super) struct App {
     /// The camera after the last change of projection, and the one before: changing back is exact.
     switched: Option<(Camera, Camera)>,
     /// What the window shows.
-    frame: Option<Frame>,
+    frame: Option<Arc<Frame>>,
+    /// Which arrays have changed since, in words: nothing more is drawn.
+    changed: Option<String>,
     /// Whether the drawing thread is busy.
     drawing: bool,
     /// Pictures drawn.
@@ -81,23 +107,32 @@ pub(super) struct App {
     /// Whether the title lists the keys.
     help: bool,
     failure: Option<ViewError>,
-    /// A file of the scene that has changed: nothing more is drawn.
-    changed: Option<ChangedFile>,
+    panic: Option<Box<dyn Any + Send>>,
 }
 
 impl App {
-    /// The state before there is a window. `proxy` is how the drawing thread reaches it.
-    pub fn new(start: Start, device: Device, proxy: EventLoopProxy<Message>) -> Self {
+    /// The state before there is a window. `proxy` is how other threads reach it.
+    ///
+    /// # Errors
+    /// When there is no thread to draw with.
+    pub fn new(start: Start, device: Device, proxy: EventLoopProxy<Message>) -> Result<Self, ViewError> {
         let words = device.description();
-        let done = move |message| {
+        let to_app = proxy.clone();
+        let done = move |drawn| {
             // An event loop that is gone wants no picture.
-            let _ = proxy.send_event(message);
+            let _ = to_app.send_event(Message::Drawn(drawn));
         };
-        let loaded = &start.loaded;
-        let painter = Painter::start(device, loaded.scene.clone(), loaded.background, loaded.watch.clone(), done);
+        let loaded = start.loaded.clone();
+        // What panics because an array has changed under it is reported as that change.
+        guard::excuse(move || arrays_changed(&loaded).is_some());
+        let painter = Painter::start(device, start.loaded.clone(), done)
+            .map_err(|error| ViewError::Window(format!("no thread to draw with: {error}")))?;
         let (image, camera) = (start.image, start.loaded.camera(start.image));
         let mut app = Self {
             start,
+            proxy,
+            #[cfg(all(unix, not(target_vendor = "apple")))]
+            on_x: None,
             device: words,
             painter: Some(painter),
             window: None,
@@ -109,24 +144,35 @@ impl App {
             drag: None,
             switched: None,
             frame: None,
+            changed: None,
             drawing: false,
             drawn: 0,
             screenshots: VecDeque::new(),
             help: false,
             failure: None,
-            changed: None,
+            panic: None,
         };
         app.pivot = app.center();
-        app
+        Ok(app)
+    }
+
+    /// The same, with pictures that go to an X server; none leaves it as it is.
+    #[cfg(all(unix, not(target_vendor = "apple")))]
+    pub fn on_x(self, on_x: Option<OnX>) -> Self {
+        Self { on_x, ..self }
     }
 
     /// Lets go of everything, and says how it ended.
-    pub fn end(mut self) -> Result<(), ViewError> {
+    pub fn end(mut self) -> Ended {
         self.window = None;
-        if let Some(painter) = self.painter.take() {
-            painter.end();
+        if !self.screenshots.is_empty() {
+            (self.start.say)("note: the window ended before the last screenshot was drawn; it was not saved");
         }
-        self.failure.map_or(Ok(()), Err)
+        let drawing = self.painter.take().is_some_and(Painter::end);
+        match (self.panic, self.failure) {
+            (Some(payload), _) => Ended::Panicked(payload),
+            (None, failure) => Ended::Shown(Shown { result: failure.map_or(Ok(()), Err), drawing }),
+        }
     }
 
     /// The view that is wanted.
@@ -166,7 +212,7 @@ impl App {
 
     /// The point of the scene that is seen below the cursor, in the picture that is shown.
     fn hit(&self) -> Option<DVec3> {
-        let frame = self.frame.as_ref().filter(|frame| frame.view.image == self.image)?;
+        let frame = self.frame.as_deref().filter(|frame| frame.view.image == self.image && self.changed.is_none())?;
         let inside = |at: f64, side: u32| (at >= 0.0 && at < f64::from(side)).then_some(at as u32);
         let (column, row) = (inside(self.cursor.x, self.image.width)?, inside(self.cursor.y, self.image.height)?);
         let id = *frame.ids.get(row as usize * self.image.width as usize + column as usize)?;
@@ -174,8 +220,7 @@ impl App {
         let sphere = scene.sphere(usize::try_from(id).ok()?)?;
         let truth = Truth::new(&frame.view, scene.bounds());
         let pixel = truth.pixel(column, row);
-        let distance = || Some(pixel.distance(&pixel.hit(sphere.into(), &mut Tally::default())?));
-        let distance = self.start.loaded.watch.guard(distance).ok()??;
+        let distance = pixel.distance(&pixel.hit(sphere.into(), &mut Tally::default())?);
         let sample = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
         Some(navigate::point(&frame.view, sample, distance)).filter(|point| point.is_finite())
     }
@@ -207,9 +252,9 @@ impl App {
         }
     }
 
-    /// Begins the next picture if one is wanted and none is under way.
+    /// Begins the next picture if one is wanted, there can be one, and none is under way.
     fn update(&mut self) {
-        if self.drawing || self.window.is_none() || self.changed.is_some() {
+        if self.drawing || self.changed.is_some() || self.window.is_none() {
             return;
         }
         let wanted = self.screenshots.front().copied().unwrap_or_else(|| self.view());
@@ -227,17 +272,41 @@ impl App {
         while let (Some(frame), Some(view)) = (&self.frame, self.screenshots.front())
             && frame.view == *view
         {
-            let Start { loaded, name, say, .. } = &self.start;
+            let Start { loaded, name, say, image, .. } = &self.start;
             let paint = Paint { scene: &loaded.scene, background: loaded.background };
-            match screenshot::save(name, view, &frame.ids, &paint, &loaded.watch) {
+            match screenshot::save(name, view, &frame.ids, &paint, || arrays_changed(loaded)) {
                 Ok(path) => {
-                    let tables = screenshot::tables(&view.camera, view.image, loaded.background);
-                    say(&format!("saved {}, whose view is\n\n{tables}", crate::text::name(path)));
+                    say(&format!("saved {}", crate::text::name(path)));
+                    self.print_camera(&screenshot::table(view, *image));
                 }
-                Err(error) => say(&format!("error: {error}")),
+                Err(Unsaved::Output(error)) => say(&format!("error: {error}")),
+                Err(Unsaved::Changed(words)) => return self.freeze(words),
             }
             self.screenshots.pop_front();
         }
+    }
+
+    /// A camera is data, for standard output; where that takes none, it is not lost.
+    fn print_camera(&self, table: &str) {
+        let Start { say, print, .. } = &self.start;
+        if let Err(error) = print(table) {
+            say(&format!("error: standard output does not take the camera: {error}\n{table}"));
+        }
+    }
+
+    /// Takes note that arrays have changed. The picture that is there stays; no other can be drawn.
+    fn freeze(&mut self, words: String) {
+        if self.changed.is_some() {
+            return;
+        }
+        let say = self.start.say;
+        say(&format!("error: {words}\nthe window keeps its last picture; close it and view the scene again"));
+        if !self.screenshots.is_empty() {
+            say("error: what the arrays were is gone, so that the screenshot was not saved");
+            self.screenshots.clear();
+        }
+        self.changed = Some(words);
+        self.retitle();
     }
 
     fn command(&mut self, command: Command, event_loop: &ActiveEventLoop) {
@@ -261,15 +330,13 @@ impl App {
                     self.switched = Some((self.camera, before));
                 }
             },
+            Command::Screenshot if self.changed.is_some() => {
+                (self.start.say)("error: an array has changed since the scene was loaded; no screenshot was saved");
+            }
             Command::Screenshot => {
                 self.screenshots.push_back(self.view());
                 self.save();
                 self.update();
-                if let (Some(changed), false) = (&self.changed, self.screenshots.is_empty()) {
-                    // Nothing more is drawn.
-                    (self.start.say)(&format!("error: {changed}"));
-                    self.screenshots.clear();
-                }
             }
             Command::Help => (self.start.say)(&format!("keys:\n{KEYS}")),
         }
@@ -337,10 +404,10 @@ impl App {
     fn retitle(&self) {
         let Some((window, _)) = &self.window else { return };
         let name = crate::text::name(&self.start.name);
-        let title = if let Some(changed) = &self.changed {
-            format!("{name} | {} changed; open it again", crate::text::name(&changed.path))
-        } else if self.help {
+        let title = if self.help {
             format!("{name} | {}", keys::SHORT)
+        } else if self.changed.is_some() {
+            format!("{name} | an array has changed on the disk: this is the last picture; close and view again")
         } else {
             let spheres = self.start.loaded.scene.len();
             let ImageSize { width, height } = self.image;
@@ -356,35 +423,34 @@ impl App {
     /// Puts the picture that is there into the window, in the middle while it has another size.
     fn present(&mut self) -> Result<(), SoftBufferError> {
         let Some((window, canvas)) = &mut self.window else { return Ok(()) };
-        let ImageSize { width, height } = self.image;
-        let (Some(columns), Some(rows)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else { return Ok(()) };
-        canvas.resize(columns, rows)?;
-        let mut buffer = canvas.buffer_mut()?;
-        match &self.frame {
-            Some(frame) if frame.view.image == self.image => buffer.copy_from_slice(&frame.pixels),
-            other => {
-                buffer.fill(packed(self.start.loaded.background));
-                if let Some(frame) = other {
-                    let (there, here) = (frame.view.image, self.image);
-                    let (from_x, to_x, columns) = overlap(there.width, here.width);
-                    let (from_y, to_y, rows) = overlap(there.height, here.height);
-                    for row in 0..rows {
-                        let from = (from_y + row) * there.width as usize + from_x;
-                        let to = (to_y + row) * here.width as usize + to_x;
-                        buffer[to..to + columns].copy_from_slice(&frame.pixels[from..from + columns]);
-                    }
+        let background = packed(self.start.loaded.background);
+        let picture = Picture { frame: self.frame.clone(), size: self.image, background };
+        window.pre_present_notify();
+        match canvas {
+            #[cfg(all(unix, not(target_vendor = "apple")))]
+            Canvas::X(presenter) => presenter.show(picture),
+            Canvas::Soft(surface) => {
+                let ImageSize { width, height } = self.image;
+                let (Some(columns), Some(rows)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
+                    return Ok(());
+                };
+                surface.resize(columns, rows)?;
+                let mut buffer = surface.buffer_mut()?;
+                let mut room = Vec::new();
+                for (y, row) in buffer.chunks_exact_mut(picture.columns()).enumerate() {
+                    row.copy_from_slice(picture.row(y, &mut room));
                 }
+                buffer.present()?;
             }
         }
-        window.pre_present_notify();
-        buffer.present()
+        Ok(())
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<(), String> {
         let ImageSize { mut width, mut height } = self.start.image;
         let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
         if let Some(screen) = monitor.map(|monitor| monitor.size()).filter(|size| size.width > 0 && size.height > 0) {
-            let most = [screen.width, screen.height].map(|side| f64::from(side / 10 * SCREEN_TENTHS));
+            let most = [screen.width, screen.height].map(|side| f64::from((side / 10 * SCREEN_TENTHS).max(1)));
             let shrink = (most[0] / f64::from(width)).min(most[1] / f64::from(height));
             if shrink < 1.0 {
                 [width, height] = [width, height].map(|side| ((f64::from(side) * shrink) as u32).max(1));
@@ -394,26 +460,37 @@ impl App {
             .with_title(self.start.name.to_string_lossy())
             .with_inner_size(PhysicalSize::new(width, height));
         let window = Rc::new(event_loop.create_window(attributes).map_err(|error| error.to_string())?);
-        let context = Context::new(event_loop.owned_display_handle()).map_err(|error| error.to_string())?;
-        let canvas = Surface::new(&context, Rc::clone(&window)).map_err(|error| error.to_string())?;
         let size = window.inner_size();
+        let canvas = self.canvas(event_loop, &window)?;
         self.window = Some((window, canvas));
         self.resized(size);
         self.update();
         Ok(())
     }
 
+    fn canvas(&self, event_loop: &ActiveEventLoop, window: &Rc<Window>) -> Result<Canvas, String> {
+        #[cfg(all(unix, not(target_vendor = "apple")))]
+        if let Some((server, number)) = &self.on_x {
+            use winit::raw_window_handle::{HasWindowHandle, RawWindowHandle};
+            let handle = window.window_handle().map_err(|error| error.to_string())?.as_raw();
+            let RawWindowHandle::Xlib(handle) = handle else { return Err(format!("it is no window of X: {handle:?}")) };
+            // Numbers on an X server have 32 bits, whatever Xlib keeps them in.
+            let id = handle.window as u32;
+            number.store(id, std::sync::atomic::Ordering::Relaxed);
+            let to_app = self.proxy.clone();
+            let failed = move |trouble| drop(to_app.send_event(Message::Trouble(trouble)));
+            let presenter = super::x11::present::Presenter::start(Arc::clone(server), id, failed);
+            return presenter.map(Canvas::X).map_err(|error| format!("no thread to present with: {error}"));
+        }
+        let context = Context::new(event_loop.owned_display_handle()).map_err(|error| error.to_string())?;
+        Surface::new(&context, Rc::clone(window)).map(Canvas::Soft).map_err(|error| error.to_string())
+    }
+
     fn fail(&mut self, error: ViewError, event_loop: &ActiveEventLoop) {
-        self.failure = Some(error);
+        // The first counts: others follow from it.
+        self.failure.get_or_insert(error);
         event_loop.exit();
     }
-}
-
-/// How many columns (or rows) of a picture go into a window when their middles fall together: the first column there, the
-/// first here, and the number.
-fn overlap(there: u32, here: u32) -> (usize, usize, usize) {
-    let (there, here) = (there as usize, here as usize);
-    (there.saturating_sub(here) / 2, here.saturating_sub(there) / 2, there.min(here))
 }
 
 impl ApplicationHandler<Message> for App {
@@ -426,11 +503,16 @@ impl ApplicationHandler<Message> for App {
     }
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, message: Message) {
+        let drawn = match message {
+            Message::Drawn(drawn) => drawn,
+            #[cfg(all(unix, not(target_vendor = "apple")))]
+            Message::Trouble(trouble) => return self.fail(trouble.into(), event_loop),
+        };
         self.drawing = false;
-        match message {
-            Ok(frame) => {
+        match drawn {
+            Drawn::Frame(frame) => {
                 self.drawn += 1;
-                self.frame = Some(frame);
+                self.frame = Some(Arc::new(frame));
                 self.save();
                 self.update();
                 self.retitle();
@@ -438,16 +520,11 @@ impl ApplicationHandler<Message> for App {
                     window.request_redraw();
                 }
             }
-            Err(NoFrame::Draw(error)) => self.fail(error.into(), event_loop),
-            Err(NoFrame::Changed(changed)) => {
-                if self.changed.is_none() {
-                    (self.start.say)(&format!(
-                        "error: {changed}\nthe window keeps the last picture; open it again to go on"
-                    ));
-                }
-                self.screenshots.clear();
-                self.changed = Some(changed);
-                self.retitle();
+            Drawn::Changed(words) => self.freeze(words),
+            Drawn::Failed(error) => self.fail(error.into(), event_loop),
+            Drawn::Panicked(payload) => {
+                self.panic = Some(payload);
+                event_loop.exit();
             }
         }
     }
@@ -455,6 +532,8 @@ impl ApplicationHandler<Message> for App {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
+            // By somebody else: at the end nothing is listened to any more.
+            WindowEvent::Destroyed if self.window.is_some() => self.fail(ViewError::Destroyed, event_loop),
             WindowEvent::Resized(size) => self.resized(size),
             WindowEvent::RedrawRequested => {
                 if let Err(error) = self.present() {
@@ -465,7 +544,8 @@ impl ApplicationHandler<Message> for App {
             WindowEvent::MouseInput { state, button, .. } => self.button(button, state),
             WindowEvent::MouseWheel { delta, .. } => self.wheel(delta),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
-            WindowEvent::KeyboardInput { event, .. } => {
+            // A key that was held down when the window got the keys was pressed for another one.
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => {
                 // Together with these, keys belong to the desktop.
                 let others = ModifiersState::CONTROL | ModifiersState::ALT | ModifiersState::SUPER;
                 if !self.modifiers.intersects(others)

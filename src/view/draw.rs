@@ -4,7 +4,10 @@
 //! are overtaken are never drawn.
 
 use std::{
-    sync::mpsc::{self, RecvTimeoutError, Sender},
+    any::Any,
+    io,
+    panic::{self, AssertUnwindSafe},
+    sync::mpsc::{self, Sender},
     thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
@@ -14,10 +17,12 @@ use rayon::prelude::*;
 use crate::{
     camera::{Region, View},
     frame::Paint,
-    load::{ChangedFile, Watch},
-    render::{Device, DrawError},
-    scene::Scene,
+    load::Loaded,
+    render::{Cancel, Device, DrawError},
 };
+
+/// How long a thread is waited for at the end; without a picture under way it ends at once.
+const LEAVE: Duration = Duration::from_millis(300);
 
 /// A picture.
 pub(super) struct Frame {
@@ -31,99 +36,89 @@ pub(super) struct Frame {
     pub milliseconds: f64,
 }
 
-/// Why there is no picture.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum NoFrame {
-    /// The device failed.
-    #[error("{0}")]
-    Draw(#[from] DrawError),
-    /// Numbers of the scene are others now. The window goes on with the picture that it has.
-    #[error("{0}")]
-    Changed(#[from] ChangedFile),
+/// What becomes of a view that is to be drawn.
+pub(super) enum Drawn {
+    /// It is a picture.
+    Frame(Frame),
+    /// Arrays are not what they were when the scene was loaded, so that there is no picture of it;
+    /// which, in words.
+    Changed(String),
+    /// The device has failed.
+    Failed(DrawError),
+    /// Drawing has panicked.
+    Panicked(Box<dyn Any + Send>),
 }
-
-/// How often the files of a scene are looked at while it is drawn.
-const LOOK: Duration = Duration::from_millis(100);
 
 /// The drawing thread.
 pub(super) struct Painter {
     jobs: Sender<View>,
     thread: JoinHandle<()>,
-    watch: Watch,
+    cancel: Cancel,
 }
 
 impl Painter {
     /// Starts the thread; every view sent is answered by one call of `done`.
-    pub fn start(
-        mut device: Device,
-        scene: Scene,
-        background: [u8; 3],
-        watch: Watch,
-        done: impl Fn(Result<Frame, NoFrame>) + Clone + Send + 'static,
-    ) -> Self {
+    ///
+    /// # Errors
+    /// When there is no thread to be had.
+    pub fn start(mut device: Device, loaded: Loaded, done: impl Fn(Drawn) + Send + 'static) -> io::Result<Self> {
         let (jobs, queue) = mpsc::channel();
-        let (begin_or_end, begins_and_ends) = mpsc::channel();
-        if !watch.is_empty() {
-            let (watch, done) = (watch.clone(), done.clone());
-            // A picture of changed numbers can take for ever: this says so without waiting for it.
-            // Where there is no thread to be had, it is said when the picture is there.
-            let _ = thread::Builder::new().spawn(move || {
-                while let Ok(mut drawing) = begins_and_ends.recv() {
-                    while drawing {
-                        match begins_and_ends.recv_timeout(LOOK) {
-                            Ok(now) => drawing = now,
-                            Err(RecvTimeoutError::Disconnected) => return,
-                            Err(RecvTimeoutError::Timeout) => {
-                                if let Some(changed) = watch.changed() {
-                                    return done(Err(changed.into()));
-                                }
-                            }
-                        }
-                    }
-                }
-            });
-        }
-        let watched = watch.clone();
-        let thread = thread::spawn(move || {
-            let last_words = LastWords(&done);
+        let cancel = Cancel::new();
+        device.cancel_on(&cancel);
+        let thread = thread::Builder::new().name("drawing".into()).spawn(move || {
             while let Ok(view) = queue.recv() {
-                // Whoever listened has said all there is to say.
-                let _ = begin_or_end.send(true);
-                // What has changed is not drawn, and what changes while it is drawn is not shown.
-                let drawn = match watched.changed() {
-                    Some(changed) => Err(changed),
-                    None => watched.guard(|| draw(&mut device, &scene, background, view)),
-                };
-                let _ = begin_or_end.send(false);
-                done(drawn.map_err(NoFrame::from).and_then(|frame| Ok(frame?)));
+                done(draw_unless_changed(&mut device, &loaded, view));
             }
-            drop(last_words);
-        });
-        Self { jobs, thread, watch }
+        })?;
+        Ok(Self { jobs, thread, cancel })
     }
 
     /// Begins a picture. One at a time: the next when this one is done.
     pub fn begin(&self, view: View) {
-        // A thread that has ended has said so itself.
+        // The thread ends only when this sender does.
         let _ = self.jobs.send(view);
     }
 
-    /// Ends the thread after the picture that is under way, unless that is one of changed numbers.
-    pub fn end(self) {
-        let Self { jobs, thread, watch } = self;
+    /// Ends the thread, and the picture that is under way. Answers whether it still is after a moment: then it is not waited for.
+    pub fn end(self) -> bool {
+        let Self { jobs, thread, cancel } = self;
         drop(jobs);
-        if watch.changed().is_some() {
-            return;
+        cancel.cancel();
+        let start = Instant::now();
+        while !thread.is_finished() {
+            if start.elapsed() > LEAVE {
+                return true;
+            }
+            thread::sleep(Duration::from_millis(2));
         }
-        // If it panicked it has reported that.
+        // A panic has been reported.
         let _ = thread.join();
+        false
     }
 }
 
-fn draw(device: &mut Device, scene: &Scene, background: [u8; 3], view: View) -> Result<Frame, DrawError> {
+/// Arrays that are not what they were when the scene was loaded; none if all are.
+pub(super) fn arrays_changed(loaded: &Loaded) -> Option<String> {
+    loaded.watch.changed().map(|changed| changed.to_string())
+}
+
+/// Draws; whatever comes of it is worth nothing if an array has changed by then.
+fn draw_unless_changed(device: &mut Device, loaded: &Loaded, view: View) -> Drawn {
+    let drawn = panic::catch_unwind(AssertUnwindSafe(|| draw(device, loaded, view)));
+    match (arrays_changed(loaded), drawn) {
+        (Some(words), _) => Drawn::Changed(words),
+        (None, Ok(Ok(frame))) => Drawn::Frame(frame),
+        // Only the end of the window cancels a picture, and nobody is there then to be told.
+        (None, Ok(Err(error))) => Drawn::Failed(error),
+        (None, Err(payload)) => Drawn::Panicked(payload),
+    }
+}
+
+fn draw(device: &mut Device, loaded: &Loaded, view: View) -> Result<Frame, DrawError> {
     let start = Instant::now();
+    let Loaded { scene, background, .. } = loaded;
     let ids = device.draw(scene, &view, Region::whole(view.image))?.ids;
-    let paint = Paint { scene, background };
+    let paint = Paint { scene, background: *background };
     let colors = paint.colors(&ids).map_err(|error| DrawError::Device(error.to_string()))?;
     let pixels = colors.par_iter().map(|&color| packed(color)).collect();
     Ok(Frame { view, ids, pixels, milliseconds: start.elapsed().as_secs_f64() * 1e3 })
@@ -132,15 +127,4 @@ fn draw(device: &mut Device, scene: &Scene, background: [u8; 3], view: View) -> 
 /// A colour as the window takes it.
 pub(super) fn packed([red, green, blue]: [u8; 3]) -> u32 {
     u32::from_be_bytes([0, red, green, blue])
-}
-
-/// Says so when the thread ends by a panic: otherwise the window would wait for ever for its picture.
-struct LastWords<'a, F: Fn(Result<Frame, NoFrame>)>(&'a F);
-
-impl<F: Fn(Result<Frame, NoFrame>)> Drop for LastWords<'_, F> {
-    fn drop(&mut self) {
-        if thread::panicking() {
-            self.0(Err(DrawError::Device("the drawing thread panicked".into()).into()));
-        }
-    }
 }

@@ -13,7 +13,7 @@ pub const KEYS: &str = concat!(
     "  F                     frame the whole scene, without clip planes\n",
     "  R                     reset to the scene's camera\n",
     "  O                     orthographic or perspective\n",
-    "  S                     save a screenshot under a new name, and print its camera\n",
+    "  S                     save a screenshot under a new name; its camera goes to standard output\n",
     "  H                     list the keys\n",
     "  Esc, Q                quit",
 );

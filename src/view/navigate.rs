@@ -164,11 +164,20 @@ pub fn switch(view: &View, depth: f64) -> Camera {
     match camera.projection {
         Projection::Orthographic => {
             let height = view.pitch_y.to_f64() * f64::from(view.image.height);
-            let distance = height / height_from_fov(FOV).expect("the usual angle is one");
+            let tall = height_from_fov(FOV).expect("the usual angle is one");
+            let distance = height / tall;
             let back = distance - depth;
             let near = if camera.near > 0.0 { (camera.near + back).max(0.0) } else { 0.0 };
             let origin = camera.origin - back * Frame::of(&camera).forward;
-            let size = times(camera.size, 1.0 / distance);
+            // Exactly the height of that field of view, where the screen's shape follows from the
+            // window's.
+            let size = match camera.size {
+                ScreenSize::Height(_) => ScreenSize::Height(tall),
+                ScreenSize::Width(_) => {
+                    ScreenSize::Width(tall * (f64::from(view.image.width) / f64::from(view.image.height)))
+                }
+                both @ ScreenSize::Both { .. } => times(both, 1.0 / distance),
+            };
             Camera { projection: Projection::Perspective, origin, size, near, far: camera.far + back, ..camera }
         }
         Projection::Perspective => {
