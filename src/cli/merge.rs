@@ -8,12 +8,13 @@ use serde::Serialize;
 use super::{
     Failure,
     args::MergeRequest,
-    planes::{self, Found, Indices, Picture, Spent},
+    planes::{self, Indices, Picture, Spent},
     print,
     progress::Progress,
     render::{milliseconds, region_inside, rounded},
 };
 use crate::{
+    frame::PlaneError,
     load::{self, LoadError},
     output,
     part::{
@@ -22,7 +23,7 @@ use crate::{
     },
 };
 
-/// Pixels that are merged at a time: they take 20 bytes each.
+/// Pixels that are merged at a time.
 const BAND: usize = 1 << 22;
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
@@ -100,7 +101,11 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
         times.merge += milliseconds(step);
         ties.pairs += band.ties.pairs;
         ties.exact += band.ties.exact;
-        Ok(Found { ids: band.ids, bounds: Some(band.bounds) })
+        Ok(band.ids)
+    })
+    .map_err(|failure| match failure {
+        Failure::Plane(PlaneError::NotSeen { id, column, row }) => merge.not_seen(id, column, row).into(),
+        other => other,
     })?;
     times.merge = rounded(times.merge);
     (times.depth, times.encode) = (rounded(spent.depth), rounded(spent.encode));

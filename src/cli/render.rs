@@ -8,7 +8,7 @@ use super::{
     Failure,
     args::RenderRequest,
     explain,
-    planes::{self, Found, Indices, Picture, Spent},
+    planes::{self, Indices, Picture, Spent},
     print,
     progress::Progress,
     say,
@@ -112,7 +112,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
         let drawing = device.draw(scene, &view, band)?;
         counts.add(&drawing.counts);
         drawn.add(&drawing.times);
-        Ok(Found { ids: drawing.ids, bounds: None })
+        Ok(drawing.ids)
     })?;
     (times.prepare, times.render) = (rounded(drawn.prepare), rounded(drawn.render));
     (times.read_back, times.decide) = (rounded(drawn.read_back), rounded(drawn.decide));
