@@ -1,6 +1,7 @@
 //! The stress corpus: small scenes that have broken renderers, or are made to. Each is the same on every machine: its
 //! numbers come from a seed, by integers, `+ - * /` and square roots only.
 
+#[allow(dead_code, reason = "only the tests that judge whole scenes draw these")]
 pub mod extreme;
 pub mod fuzz;
 pub mod random;
@@ -26,6 +27,7 @@ pub struct Case {
 }
 
 /// The seeds that `PLANISPHERE_SEEDS` asks for, such as `1000..2000`; else the usual ones.
+#[allow(dead_code, reason = "only the tests with seeds ask for them")]
 pub fn seeds(usual: Range<u64>) -> Range<u64> {
     let Ok(words) = std::env::var("PLANISPHERE_SEEDS") else { return usual };
     words
