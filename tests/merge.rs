@@ -1,7 +1,10 @@
 //! Parts of pictures, merged, are the whole, byte for byte: every scene of the stress corpus, and some of no pattern, in parts of its spheres, of its
-//! picture, and of both, in any order; and the command line with its messages.
+//! picture, and of both, in any order; scenes from all of the range of f64 against the judge, bounds and all; and the command line with its messages.
+//!
+//! `PLANISPHERE_SEEDS=0..20000 cargo test --release --test merge extreme` chooses the seeds of the latter.
 
 mod corpus;
+mod judge;
 
 use std::{
     fmt::Write as _,
@@ -9,17 +12,19 @@ use std::{
     ops::Range,
     path::Path,
     process::{Command, Output, Stdio},
+    sync::atomic::{AtomicU64, Ordering},
 };
 
-use corpus::{Case, fuzz::fuzz, random::Random};
+use corpus::{Case, extreme::extreme, fuzz::fuzz, random::Random};
 use glam::DVec3;
+use judge::Judge;
 use planisphere::{
     camera::{Projection, Region, View},
     exact::decide::Truth,
     frame::{Paint, depth_plane, depths, distance_bounds, write_png},
     load,
     part::{
-        Meta, Part, Pixel, Seen,
+        Meta, Part, Pixel, Pixels, Seen,
         merge::{Merge, MergeError},
         write::PartWriter,
     },
@@ -77,7 +82,8 @@ fn again(folder: &Path, parts: &[Part]) -> Part {
     let global = |id: i32| usize::try_from(id).map_or(-1, |k| merge.indices()[k] as i64);
     let mut bytes = Vec::new();
     let mut writer = PartWriter::new(&mut bytes, meta).unwrap();
-    writer.pixels(band.ids.iter().zip(band.bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
+    let bounds = distance_bounds(merge.scene(), merge.truth(), meta.region, &band.ids).unwrap();
+    writer.pixels(band.ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
     writer.finish(seen.iter().map(|k| (merge.indices()[k], merge.scene().sphere(k).unwrap()))).unwrap();
     read(folder, &bytes)
 }
@@ -196,6 +202,443 @@ fn pictures_in_parts_are_the_whole() {
     assert!(ties > 1000, "the corpus has near ties");
 }
 
+/// How far apart bounds are at most, as a part of the distance, and where that is too little for f64: as the docs of `distance_bounds` say.
+const RATIO: f64 = 1.0 / (1 << 20) as f64;
+const APART: f64 = 16.0 * f64::from_bits(1);
+
+/// Whether a depth in f32 is as near as the docs say.
+const DEPTH_BOUND: f64 = 0.51;
+
+/// What is wrong with scenes, and what was looked at.
+#[derive(Default)]
+struct Findings {
+    wrong: std::collections::BTreeMap<&'static str, (u64, u64, String)>,
+    hits: u64,
+    zero: u64,
+    beyond_f32: u64,
+    beyond_f64: u64,
+    subnormal: u64,
+    ties: u64,
+}
+
+impl Findings {
+    /// Notes so many faults of a kind in a scene.
+    fn note(&mut self, kind: &'static str, count: usize, words: impl FnOnce() -> String) {
+        if count > 0 {
+            let (scenes, all, text) = self.wrong.entry(kind).or_default();
+            (*scenes, *all) = (*scenes + 1, *all + count as u64);
+            if *scenes <= 5 {
+                let _ = write!(text, "\n    {}", words());
+            }
+        }
+    }
+
+    fn add(&mut self, other: Self) {
+        for (kind, (scenes, all, text)) in other.wrong {
+            let of = self.wrong.entry(kind).or_default();
+            (of.0, of.1) = (of.0 + scenes, of.1 + all);
+            of.2 += &text;
+        }
+        self.hits += other.hits;
+        self.zero += other.zero;
+        self.beyond_f32 += other.beyond_f32;
+        self.beyond_f64 += other.beyond_f64;
+        self.subnormal += other.subnormal;
+        self.ties += other.ties;
+    }
+
+    /// What a file says of distances, pixel by pixel, against the judge.
+    fn bounds(&mut self, name: &str, judge: &Judge, part: &Part, kinds: [&'static str; 3]) {
+        let (mut wrong, mut wide, mut none) = (vec![], vec![], vec![]);
+        let Region { x, y, width, .. } = part.meta.region;
+        for (at, (id, [low, high])) in contents(part).into_iter().enumerate() {
+            let (column, row) = (x + at as u32 % width, y + at as u32 / width);
+            let words = |exact: &str| format!("{name}: {column}, {row}, sphere {id}: {low:e} to {high:e}, not {exact}");
+            if id < 0 {
+                if [low, high] != [f64::INFINITY; 2] {
+                    none.push(words("infinite"));
+                }
+                continue;
+            }
+            let Some(distance) = judge.distance(column, row, id as i32) else {
+                none.push(words("seen"));
+                continue;
+            };
+            if !distance.has_bounds([low, high]) {
+                wrong.push(words(&distance.words()));
+            } else if high < f64::INFINITY && high - low > high * RATIO + APART
+                || high == f64::INFINITY && low < f64::MAX * (1.0 - RATIO)
+            {
+                wide.push(words(&distance.words()));
+            }
+        }
+        for (kind, found) in kinds.into_iter().zip([wrong, wide, none]) {
+            self.note(kind, found.len(), || found[0].clone());
+        }
+    }
+
+    /// Everything about one scene.
+    fn look(&mut self, folder: &Path, device: &mut Device, seed: u64) {
+        let case = extreme(seed);
+        let Case { name, scene, view } = &case;
+        let mut random = Random::new(seed ^ 0x5eed);
+        let whole = Region::whole(view.image);
+        let judge = Judge::new(scene, view).to_the_last_bit();
+        let want = judge.ids(whole);
+        let ids = device.draw(scene, view, whole).unwrap().ids;
+        let differ = |a: &[i32], b: &[i32]| a.iter().zip(b).filter(|(a, b)| a != b).count();
+        self.note("ids of one run", differ(&ids, &want), || name.clone());
+        let depth = depth_plane(scene, view, whole, &want).unwrap();
+        let mut far = vec![];
+        for (at, (&id, &depth)) in want.iter().zip(&depth).enumerate() {
+            let (column, row) = (at as u32 % whole.width, at as u32 / whole.width);
+            let Some(distance) = judge.distance(column, row, id) else {
+                if depth != f32::INFINITY {
+                    far.push(format!("{name}: {column}, {row}: {depth:e} at the background"));
+                }
+                continue;
+            };
+            self.hits += 1;
+            self.zero += u64::from(distance.is_between(0.0, 0.0));
+            self.subnormal += u64::from(!distance.is_between(f64::MIN_POSITIVE, f64::INFINITY));
+            self.beyond_f32 += u64::from(distance.is_between(f32::MAX.into(), f64::INFINITY));
+            self.beyond_f64 += u64::from(distance.is_between(f64::MAX, f64::INFINITY));
+            if !distance.has_depth(depth, DEPTH_BOUND) {
+                far.push(format!("{name}: {column}, {row}, sphere {id}: {depth:e}, not {}", distance.words()));
+            }
+        }
+        let (infinite, far): (Vec<_>, Vec<_>) = far.into_iter().partition(|words| words.contains(": inf"));
+        self.note("infinite depths of one run", infinite.len(), || infinite[0].clone());
+        self.note("depths of one run", far.len(), || far[0].clone());
+        if ids != want {
+            return;
+        }
+        let one = draw_part(folder, device, scene, view, 0..scene.len(), whole);
+        self.bounds(name, &judge, &one, ["false bounds of one run", "wide bounds of one run", "no hits in one run"]);
+
+        // One to six parts: runs of spheres, regions, or both.
+        let count = 1 + random.below(6) as usize;
+        let (across, of_spheres) = match random.below(3) {
+            0 => (1, count),
+            1 => (count, 1),
+            _ => (2, count.div_ceil(2)),
+        };
+        let mut parts = Vec::new();
+        for region in strips(&mut random, whole, across) {
+            for range in cuts(&mut random, scene.len(), of_spheres) {
+                parts.push(draw_part(folder, device, scene, view, range, region));
+            }
+        }
+        for part in &parts {
+            self.bounds(name, &judge, part, ["false bounds of parts", "wide bounds of parts", "no hits in parts"]);
+        }
+        for k in (1..parts.len()).rev() {
+            parts.swap(k, random.below(k as u64 + 1) as usize);
+        }
+        // In steps, where two fit together.
+        for _ in 0..random.below(4) {
+            if parts.len() < 2 {
+                break;
+            }
+            let at = random.below(parts.len() as u64 - 1) as usize;
+            let (one, other) = (parts.remove(at), parts.remove(at));
+            let both = [one, other];
+            match Merge::new(&both, None) {
+                Ok(_) => {
+                    let part = again(folder, &both);
+                    let kinds =
+                        ["false bounds of merged parts", "wide bounds of merged parts", "no hits in merged parts"];
+                    self.bounds(name, &judge, &part, kinds);
+                    parts.insert(at, part);
+                }
+                Err(MergeError::Missing { .. }) => both.into_iter().for_each(|part| parts.insert(at, part)),
+                Err(error) => self.note("merges in steps", 1, || format!("{name}: {error}")),
+            }
+        }
+        let merge = Merge::new(&parts, Some(whole)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let band = match merge.check_gaps().and_then(|()| merge.band(whole)) {
+            Ok(band) => band,
+            Err(error) => return self.note("merges", 1, || format!("{name}: {error}")),
+        };
+        self.ties += band.ties.pairs;
+        let index = |&k: &i32| usize::try_from(k).map_or(-1, |k| merge.indices()[k] as i32);
+        let merged: Vec<i32> = band.ids.iter().map(index).collect();
+        self.note("ids of merges", differ(&merged, &want), || name.clone());
+        if merged != want {
+            return;
+        }
+        let bits = |plane: &[f32]| plane.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
+        let other = depths(merge.scene(), merge.truth(), whole, &band.ids).map(|plane| bits(&plane));
+        self.note("depths of merges", usize::from(other != Ok(bits(&depth))), || name.clone());
+        let png = |scene: &Scene, ids: &[i32]| {
+            let mut bytes = Vec::new();
+            write_png(&mut bytes, whole, ids, &Paint { scene, background: BACKGROUND }).unwrap();
+            bytes
+        };
+        let differ = png(scene, &ids) != png(merge.scene(), &band.ids);
+        self.note("pictures of merges", usize::from(differ), || name.clone());
+        let again = again(folder, &parts);
+        let differ = contents(&again) != contents(&one);
+        self.note("bounds of merges that are not those of one run", usize::from(differ), || name.clone());
+    }
+}
+
+/// What a part says of each pixel.
+fn contents(part: &Part) -> Vec<(i64, [f64; 2])> {
+    let size = Pixels::record(part.pixels.wide);
+    let of = |record: &[u8]| {
+        let (id, bounds) = record.split_at(size - 16);
+        let id = match part.pixels.wide {
+            true => i64::from_le_bytes(id.try_into().unwrap()),
+            false => i32::from_le_bytes(id.try_into().unwrap()).into(),
+        };
+        (id, [0, 8].map(|at| f64::from_le_bytes(bounds[at..at + 8].try_into().unwrap())))
+    };
+    part.pixels.bytes.chunks_exact(size).map(of).collect()
+}
+
+/// A region in so many strips or fewer, across or down.
+fn strips(random: &mut Random, whole: Region, count: usize) -> Vec<Region> {
+    let down = random.below(2) == 0;
+    let length = if down { whole.height } else { whole.width };
+    let strip = |cut: Range<usize>| {
+        let (start, length) = (cut.start as u32, cut.len() as u32);
+        if down { Region { y: start, height: length, ..whole } } else { Region { x: start, width: length, ..whole } }
+    };
+    cuts(random, length as usize, count).into_iter().filter(|cut| !cut.is_empty()).map(strip).collect()
+}
+
+/// Bounds, depths, parts and merges of scenes from all of the range of f64, against the judge.
+#[test]
+fn extreme_scenes_in_parts_are_the_judges() {
+    let seeds = corpus::seeds(0..400);
+    let next = AtomicU64::new(seeds.start);
+    let threads = std::thread::available_parallelism().unwrap().get();
+    let work = || {
+        let folder = tempfile::tempdir().unwrap();
+        let mut device = Device::open(&DeviceChoice::Cpu).unwrap();
+        let mut findings = Findings::default();
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= seeds.end {
+                return findings;
+            }
+            // What panics is one more fault, and the next scene is looked at all the same.
+            let look = std::panic::AssertUnwindSafe(|| findings.look(folder.path(), &mut device, seed));
+            if std::panic::catch_unwind(look).is_err() {
+                findings.note("panics", 1, || format!("extreme, seed {seed}"));
+            }
+        }
+    };
+    let mut findings = Findings::default();
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().for_each(|thread| findings.add(thread.join().unwrap()));
+    });
+    let Findings { wrong, hits, zero, beyond_f32, beyond_f64, subnormal, ties } = &findings;
+    println!(
+        "{} scenes, {hits} hits: {zero} at distance 0, {subnormal} below normal f64, {beyond_f32} beyond f32, {beyond_f64} \
+         beyond f64; {ties} pairs were too close for their bounds",
+        seeds.end - seeds.start
+    );
+    let list: Vec<String> = wrong
+        .iter()
+        .map(|(kind, (scenes, all, text))| format!("{kind}: {all} wrong in {scenes} scenes{text}"))
+        .collect();
+    assert!(list.is_empty(), "{}", list.join("\n"));
+    // What is not there is not tested.
+    if seeds == (0..400) {
+        let least = [*hits / 2000, *zero, *subnormal, *beyond_f32 / 10, *beyond_f64, *ties / 10];
+        assert!(least.iter().all(|&count| count > 0), "{least:?}");
+    }
+}
+
+/// A part with other contents: pixels and spheres pass through the given functions on the way.
+fn altered(
+    folder: &Path,
+    part: &Part,
+    pixel: impl Fn(usize, Pixel) -> Pixel,
+    sphere: impl Fn(u64, Sphere) -> Sphere + Clone,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer = PartWriter::new(&mut bytes, &part.meta).unwrap();
+    let pixels = contents(part).into_iter().enumerate();
+    writer.pixels(pixels.map(|(at, (id, bounds))| pixel(at, Pixel { id, bounds }))).unwrap();
+    let number = |at: usize| Sphere {
+        center: part.spheres.center(at),
+        radius: part.spheres.radius(at),
+        color: part.spheres.color(at),
+    };
+    writer.finish(part.indices.iter().enumerate().map(|(at, &index)| (index, sphere(index, number(at))))).unwrap();
+    fs::write(folder.join("altered.npz"), &bytes).unwrap();
+    bytes
+}
+
+/// A part that contradicts itself is refused, by its name and with the fix; and no false bound changes what is seen.
+#[test]
+fn parts_that_lie_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
+    // One before the other, and in the second part one behind both that begins among them, and a small one at the side.
+    let spheres = [
+        corpus::ball([5.0, 0.0, 0.0], 2.0),
+        corpus::ball([3.5, 0.0, 0.0], 1.0),
+        corpus::ball([23.4, 0.0, 0.0], 20.0),
+        corpus::ball([4.0, 3.5, 3.5], 0.5),
+    ];
+    let scene = corpus::scene(&spheres);
+    let mut lies = 0;
+    for (projection, _) in corpus::BOTH {
+        let look = corpus::Look { at: DVec3::X * 5.0, view: DVec3::X, distance: 5.0, height: 9.0 };
+        let view = View::new(look.camera(projection), corpus::pixels(9, 9));
+        let whole = Region::whole(view.image);
+        let want = cpu.draw(&scene, &view, whole).unwrap().ids;
+        let first = draw_part(folder, &mut cpu, &scene, &view, 0..2, whole);
+        let mut second = draw_part(folder, &mut cpu, &scene, &view, 2..4, whole);
+        second.name = "other.npz".into();
+        let truth = contents(&first);
+        // What comes of an altered first part, read again and merged before or after the second.
+        let mut merged = |bytes: &[u8], last: bool| -> Result<Vec<i32>, String> {
+            let path = folder.join("part.npz");
+            let _ = fs::remove_file(&path);
+            fs::write(&path, bytes).unwrap();
+            let part = load::part(&path).map_err(|error| error.to_string())?;
+            let mut second = draw_part(folder, &mut cpu, &scene, &view, 2..4, whole);
+            second.name = "other.npz".into();
+            let both = if last { [second, part] } else { [part, second] };
+            let merge = Merge::new(&both, None).map_err(|error| error.to_string())?;
+            let ids = merge.band(whole).map_err(|error| error.to_string())?.ids;
+            Ok(ids.iter().map(|&k| usize::try_from(k).map_or(-1, |k| merge.indices()[k] as i32)).collect())
+        };
+        let same = |_: u64, sphere: Sphere| sphere;
+        for last in [false, true] {
+            assert_eq!(merged(&altered(folder, &first, |_, pixel| pixel, same), last), Ok(want.clone()));
+        }
+        let middle = truth.iter().position(|&(id, _)| id == 1).unwrap();
+        assert!(contents(&second)[middle].0 == 2, "the parts compete");
+        let sky = truth.iter().position(|&(id, _)| id == -1).unwrap();
+        let (nan, inf) = (f64::NAN, f64::INFINITY);
+        let [low, high] = truth[middle].1;
+        for (at, id, bounds, words) in [
+            (middle, 1, [nan, high], "as far away"),
+            (middle, 1, [low, nan], "as far away"),
+            (middle, 1, [high, low.next_down()], "as far away"),
+            (middle, 1, [-1.0, high], "as far away"),
+            (middle, 1, [inf, inf], "as far away"),
+            (middle, 1, [0.5 * f64::MAX, inf], "as far away"),
+            (middle, 1, [0.0, low * 0.5], "as far away"),
+            (middle, 1, [high + 10.0, inf], "as far away"),
+            (middle, 7, [low, high], "not in its list"),
+            (middle, 2, [low, high], "not in its list"),
+            (middle, -2, [low, high], "not in its list"),
+            (middle, i64::from(i32::MIN), [low, high], "not in its list"),
+            (middle, -1, [low, high], "means none"),
+            (middle, -1, [inf, low], "means none"),
+            (sky, 1, [low, high], "cannot be what is seen"),
+        ] {
+            let to = Pixel { id, bounds };
+            let bytes = altered(folder, &first, |k, pixel| if k == at { to } else { pixel }, same);
+            for last in [false, true] {
+                let error = merged(&bytes, last).unwrap_err();
+                for word in ["part.npz", words, "write it again with `planisphere render SCENE --visibility FILE.npz`"]
+                {
+                    assert!(error.contains(word), "{projection:?}, {to:?}: {error} lacks {word:?}");
+                }
+                lies += 1;
+            }
+        }
+        // A hair off where parts compete: it is found out when it is compared, and changes nothing when it is not.
+        for bounds in [
+            [high * (1.0 + 1e-9), high * (1.0 + 2e-9)],
+            [low * (1.0 - 2e-9), low * (1.0 - 1e-9)],
+            [3.45, 3.46],
+            [0.0, high],
+            [low, f64::MAX],
+        ] {
+            let to = Pixel { id: 1, bounds };
+            let bytes = altered(folder, &first, |k, pixel| if k == middle { to } else { pixel }, same);
+            if let Ok(ids) = merged(&bytes, false) {
+                assert!(ids == want, "{projection:?}, {bounds:?}");
+            }
+            let holds = bounds[0] <= low && high <= bounds[1];
+            match merged(&bytes, true) {
+                Ok(ids) => assert!(holds && ids == want, "{projection:?}, {bounds:?}"),
+                Err(error) => assert!(!holds && error.contains("as far away"), "{projection:?}, {bounds:?}: {error}"),
+            }
+            lies += 1;
+        }
+        // Numbers of spheres that are none, and others than what is seen.
+        for (word, change) in [
+            ("radius", (|s| Sphere { radius: 0.0, ..s }) as fn(Sphere) -> Sphere),
+            ("radius", |s| Sphere { radius: -1.0, ..s }),
+            ("radius", |s| Sphere { radius: f64::NAN, ..s }),
+            ("radius", |s| Sphere { radius: f64::INFINITY, ..s }),
+            ("centre", |s| Sphere { center: DVec3::new(f64::NAN, 0.0, 0.0), ..s }),
+            ("centre", |s| Sphere { center: DVec3::new(0.0, f64::INFINITY, 0.0), ..s }),
+            ("extent", |s| Sphere { radius: 100.0, ..s }),
+            ("extent", |s| Sphere { radius: 1e-9, ..s }),
+            ("extent", |s| Sphere { center: s.center * 2.0, ..s }),
+            ("cannot be", |s| Sphere { center: DVec3::new(3.5, 0.0, 0.0), radius: 1.0, ..s }),
+        ] {
+            let sphere = |index: u64, s: Sphere| if index == 0 { change(s) } else { s };
+            let error = merged(&altered(folder, &first, |_, pixel| pixel, sphere), false).unwrap_err();
+            assert!(error.contains("part.npz") && error.contains(word), "{projection:?}: {error} lacks {word:?}");
+            lies += 1;
+        }
+    }
+    println!("{lies} lies");
+    assert!(lies >= 80, "{lies}");
+}
+
+/// The scenes of the fault that was found first, by the command line: parts merge to the files of one run, and no hit is infinitely far.
+#[test]
+fn surfaces_in_the_plane_of_the_camera_merge() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (name, camera, side, planet, front) in [
+        ("planet", "width = 0.02", 16, "[6.4e6, 5e-324, 0.0]\nradius = 6.4e6", "[0.02, 0.0, 0.0]\nradius = 0.008"),
+        (
+            "large",
+            "width = 8796093022208.0\nheight = 8796093022208.0",
+            8,
+            "[1267650600228229401496703205376.0, 5e-324, 0.0]\nradius = 1267650600228229401496703205376.0",
+            "[35184372088832.0, 0.0, 0.0]\nradius = 4398046511104.0",
+        ),
+    ] {
+        let scene = |file: &str, spheres: &[&str]| {
+            let spheres: String = spheres.iter().map(|numbers| format!("[[sphere]]\ncenter = {numbers}\n")).collect();
+            let head =
+                format!("[camera]\nview = [1.0, 0.0, 0.0]\n{camera}\n[image]\nwidth = {side}\nheight = {side}\n");
+            fs::write(folder.join(file), head + &spheres).unwrap();
+        };
+        scene("w.toml", &[planet, front]);
+        scene("a.toml", &[planet]);
+        scene("b.toml", &[front]);
+        for device in ["cpu", "gpu"] {
+            let draw = |scene: &str, more: &[&str]| {
+                succeed(folder, &[&["render", scene, "--device", device, "-o"], more].concat());
+            };
+            draw("w.toml", &["w.png", "--ids", "w.npy", "--depth", "wd.npy", "--visibility", "w.npz"]);
+            draw("a.toml", &["none", "--visibility", "a.npz"]);
+            draw("b.toml", &["none", "--visibility", "b.npz", "--first-index", "1"]);
+            let outputs = ["-o", "m.png", "--ids", "m.npy", "--depth", "md.npy", "--visibility", "m.npz"];
+            for parts in [["a.npz", "b.npz"], ["b.npz", "a.npz"]] {
+                succeed(folder, &[&["merge"], &parts[..], &outputs].concat());
+                for (one, merged) in [("w.png", "m.png"), ("w.npy", "m.npy"), ("wd.npy", "md.npy"), ("w.npz", "m.npz")]
+                {
+                    let [one, merged] = [one, merged].map(|file| fs::read(folder.join(file)).unwrap());
+                    assert!(one == merged, "{name} on {device}: other bytes than one run's");
+                }
+            }
+            let depths = fs::read(folder.join("wd.npy")).unwrap();
+            let depths = depths[128..].as_chunks::<4>().0.iter().map(|&bytes| f32::from_le_bytes(bytes));
+            assert!(depths.clone().all(f32::is_finite), "{name} on {device}: every pixel hits");
+            assert_eq!(depths.count(), side * side);
+        }
+    }
+}
+
 /// Bounds hold the truth and are narrow: as wide as the docs say.
 #[test]
 fn bounds_are_narrow() {
@@ -208,16 +651,15 @@ fn bounds_are_narrow() {
         let view = View::new(look.camera(projection), corpus::pixels(9, 9));
         let whole = Region::whole(view.image);
         let part = draw_part(folder.path(), &mut cpu, &scene, &view, 0..2, whole);
-        let band = Merge::new(std::slice::from_ref(&part), None).unwrap().band(whole).unwrap();
         let mut hits = 0;
-        for (at, &[low, high]) in band.bounds.iter().enumerate() {
-            if band.ids[at] < 0 {
+        for (at, (id, [low, high])) in contents(&part).into_iter().enumerate() {
+            if id < 0 {
                 assert_eq!([low, high], [f64::INFINITY; 2]);
                 continue;
             }
             hits += 1;
             let ray = view.ray(at as u32 % 9, at as u32 / 9);
-            let sphere = spheres[band.ids[at] as usize];
+            let sphere = spheres[id as usize];
             let f = sphere.center - ray.origin;
             let (a, b) = (ray.direction.length_squared(), ray.direction.dot(f));
             let t = (b - (b * b - a * (f.length_squared() - sphere.radius * sphere.radius)).sqrt()) / a;

@@ -145,6 +145,38 @@ more 'inner walls at once' $f 'Self::Near => -1,' 'Self::Near => 1,' '' --test e
 more 'depths of 100 bits whatever cancels' $f 'if y.is_within(0.25 * DISTANCE_ERROR) {' 'if y.is_within(1e300) || true {' 'camera' --test exactness depths_are
 more 'order of lattices: the radius does not drop out' src/exact/small.rs 'if same_radius && s == t' 'if s == t' '' --test exactness cpu::every_pixel
 
+f=src/exact/distance.rs
+fault 'bounds of distances, E / 8' $f 'let low = value.min(f64::MAX) * (1.0 - 2.0 * DISTANCE_ERROR) - 2.0 * LEAST;' 'let low = value.min(f64::MAX) * (1.0 - 0.25 * DISTANCE_ERROR) - 2.0 * LEAST;' '' --lib exact::distance
+more 'upper bounds of distances, E / 8' $f 'value * (1.0 + 2.0 * DISTANCE_ERROR) + 2.0 * LEAST]' 'value * (1.0 + 0.25 * DISTANCE_ERROR) + 2.0 * LEAST]' '' --lib exact::distance
+more 'bounds of subnormal distances without roundings' $f '(1.0 - 2.0 * DISTANCE_ERROR) - 2.0 * LEAST;' '(1.0 - 2.0 * DISTANCE_ERROR);' '' --lib exact::distance
+more 'upper bounds of subnormal distances without roundings' $f '(1.0 + 2.0 * DISTANCE_ERROR) + 2.0 * LEAST]' '(1.0 + 2.0 * DISTANCE_ERROR)]' '' --lib exact::distance
+more 'distances beyond f64: infinite bounds' $f 'let low = value.min(f64::MAX)' 'let low = value' '' --test merge extreme
+more 'long integers without what is cut off' $f 'leading).times_two_to(drop as i64)' 'leading).times_two_to(drop.min(2000) as i64)' '' --lib exact::distance
+
+f=src/exact/decide.rs
+fault 'distances in view lengths' $f 'return y.over(a).times_two_to(-self.truth.scale_exponent());' 'return y.over(a);' 'cloud times' --test exactness depths_are
+more 'distances by integers to 12 bits' $f '<= (&low >> 48)' '<= (&low >> 12)' '' --test merge extreme
+more 'distances by products: the unit once' $f '2 * i64::from(exponent) + truth.scale_exponent()' 'i64::from(exponent) + truth.scale_exponent()' 'camera' --test exactness depths_are
+more 'rough bounds: the far end twice' $f '[end(low, most)[0], end(high, least)[1]]' '[end(high, least)[0], end(high, least)[1]]' '' --test merge extreme
+
+f=src/frame/depth.rs
+fault 'depths beyond f32 are the background' $f '(distance as f32).min(f32::MAX)' '(distance as f32)' 'cloud times' --test exactness depths_are
+more 'bounds of the filter however wide' $f 'Some([low, high]) if high - low <= BOUNDS_RATIO * high => bounds,' 'Some(_) => bounds,' '' --test merge extreme
+
+f=src/part/merge.rs
+fault 'parts: boxes without depth' $f '[sphere.nearest(), sphere.farthest()]' '[sphere.z, sphere.z]' '' --test merge pictures_in_parts
+more 'parts: distances are believed' $f 'if !(sound & (low <= slot.reach[1]) & (slot.reach[0] <= high)) {' 'if !sound {' '' --test merge lie
+more 'parts: unsound bounds are believed' $f 'if !(sound & (low <= slot.reach[1])' 'if !((low <= slot.reach[1])' '' --test merge lie
+more 'parts: distances are believed where parts compete' $f 'if !(said[0] <= found[1] && found[0] <= said[1]) {' 'if said[0] > said[1] {' '' --test merge lie
+more 'parts: places are believed' $f 'if !((first_column..=last_column).contains(&column) && (first_row..=last_row).contains(&row)) {' 'if column < first_column && row > last_row {' '' --test merge lie
+more 'parts: distances of none are believed' $f 'if bounds != [f64::INFINITY; 2] {' 'if bounds[0] < 0.0 {' '' --test merge lie
+more 'parts: boxes are all that is compared' $f 'let held = desk.reach[at];' 'let held = [found[1].next_up(); 2];' '' --test merge pictures_in_parts
+more 'parts: ties to the later' $f 'then(one.cmp(&other)) == Ordering::Less' 'then(other.cmp(&one)) == Ordering::Less' '' --test merge pictures_in_parts
+more 'parts: the loser keeps its bounds' $f '        if first {
+            desk.reach[at] = found;
+        }' '' '' --test merge pictures_in_parts
+more 'parts: extents are believed' src/load/part.rs '(inside && own.min_radius >= all.min_radius && own.max_radius <= all.max_radius)' '(inside && own.max_radius <= all.max_radius)' '' --test merge lie
+
 f=src/tile.rs
 fault 'ties to the higher index' $f 'order.then(index.cmp(&holder)).is_gt()' 'order.then(holder.cmp(&index)).is_gt()' '' --test exactness cpu::every_pixel
 more 'duplicates: the higher index' $f 'self.id[row][column] = holder.min(index);' 'self.id[row][column] = holder.max(index);' 'twice' --test exactness cpu::every_pixel

@@ -8,18 +8,19 @@ use super::{
     Failure,
     args::MergeRequest,
     ends::Ends,
-    planes::{self, Found, Indices, Picture, Spent},
+    planes::{self, Indices, Picture, Spent},
     print,
     progress::Progress,
     render::{milliseconds, region_inside, rounded},
     say, unless_changed,
 };
 use crate::{
+    frame::PlaneError,
     load, output,
     part::merge::{Merge, MergeError, Ties},
 };
 
-/// Pixels that are merged at a time: they take 20 bytes each.
+/// Pixels that are merged at a time.
 const BAND: usize = 1 << 22;
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
@@ -103,7 +104,11 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
             ties.pairs += band.ties.pairs;
             ties.exact += band.ties.exact;
             seen = seen || band.ids.iter().any(|id| *id >= 0);
-            Ok(Found { ids: band.ids, bounds: Some(band.bounds) })
+            Ok(band.ids)
+        })
+        .map_err(|failure| match failure {
+            Failure::Plane(PlaneError::NotSeen { id, column, row }) => merge.not_seen(id, column, row).into(),
+            other => other,
         })
     })?;
     times.merge = rounded(times.merge);

@@ -50,14 +50,6 @@ impl Indices<'_> {
     }
 }
 
-/// What was found at the pixels of a band.
-pub(super) struct Found {
-    /// Spheres of the scene, -1 for none.
-    pub ids: Vec<i32>,
-    /// Bounds of the distances, if they are known already.
-    pub bounds: Option<Vec<[f64; 2]>>,
-}
-
 /// Milliseconds of the steps here.
 #[derive(Default)]
 pub(super) struct Spent {
@@ -74,12 +66,13 @@ fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Draws band by band, from the top, and writes what is wanted. Files get their names when they are committed.
+/// Draws band by band, from the top, and writes what is wanted. `draw` gives the spheres of the scene that are seen, -1 for none. Files
+/// get their names when they are committed.
 pub(super) fn write(
     outputs: &Outputs,
     picture: &Picture,
     spent: &mut Spent,
-    mut draw: impl FnMut(Region) -> Result<Found, Failure>,
+    mut draw: impl FnMut(Region) -> Result<Vec<i32>, Failure>,
 ) -> Result<Vec<Staged>, Failure> {
     let Picture { meta, scene, truth, indices, band } = picture;
     let region = meta.region;
@@ -119,7 +112,7 @@ pub(super) fn write(
     let mut all = Arc::new(Plane(Vec::new()));
 
     for band in bands(region, *band) {
-        let Found { ids, bounds } = draw(band)?;
+        let ids = draw(band)?;
         if let Some(sink) = &mut depth_sink {
             let _progress = Progress::step("working out depths");
             let plane = timed(&mut spent.depth, || frame::depths(scene, truth, band, &ids))?;
@@ -132,17 +125,10 @@ pub(super) fn write(
             for some in bands(band, 1 << 20) {
                 let start = (some.y - band.y) as usize * band.width as usize;
                 let place = start..start + some.pixels();
-                let found;
-                let bounds = match &bounds {
-                    Some(bounds) => &bounds[place.clone()],
-                    None => {
-                        let work = || frame::distance_bounds(scene, truth, some, &ids[place.clone()]);
-                        found = timed(&mut spent.depth, work)?;
-                        &found
-                    }
-                };
+                let work = || frame::distance_bounds(scene, truth, some, &ids[place.clone()]);
+                let bounds = timed(&mut spent.depth, work)?;
                 let id = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
-                let pixels = ids[place].iter().zip(bounds).map(|(&k, &bounds)| Pixel { id: id(k), bounds });
+                let pixels = ids[place].iter().zip(bounds).map(|(&k, bounds)| Pixel { id: id(k), bounds });
                 timed(&mut spent.encode, || part.pixels(pixels)).map_err(or(&outputs.visibility))?;
             }
         }

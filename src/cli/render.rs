@@ -9,7 +9,7 @@ use super::{
     args::RenderRequest,
     ends::Ends,
     explain,
-    planes::{self, Found, Indices, Picture, Spent},
+    planes::{self, Indices, Picture, Spent},
     print,
     progress::Progress,
     say, unless_changed,
@@ -133,7 +133,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             seen = seen || drawing.ids.iter().any(|id| *id >= 0);
             counts.add(&drawing.counts);
             drawn.add(&drawing.times);
-            Ok(Found { ids: drawing.ids, bounds: None })
+            Ok(drawing.ids)
         })
     })?;
     (times.prepare, times.render) = (rounded(drawn.prepare), rounded(drawn.render));

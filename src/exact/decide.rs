@@ -22,13 +22,14 @@ use std::{cell::OnceCell, cmp::Ordering};
 
 use dashu_int::{
     IBig, UBig,
-    ops::{Abs, BitTest, SquareRoot},
+    ops::{Abs, SquareRoot},
 };
 use glam::DVec3;
 
 use super::{
-    axes::{Axes, Axis, dot, integer, least_exponent, scaled},
+    axes::{Axes, Axis, dot, integer, least_exponent},
     dd::Bounded,
+    distance::{DISTANCE_ERROR, Distance},
     field::{Element, Field, sign_of},
     small,
 };
@@ -177,6 +178,11 @@ impl Truth {
         self.scale
     }
 
+    /// Which power of two [`Self::scale`] is.
+    fn scale_exponent(&self) -> i64 {
+        (self.scale.to_bits() >> 52) as i64 - 1023
+    }
+
     /// The decisions of one pixel.
     pub fn pixel(&self, column: u32, row: u32) -> Pixel<'_> {
         let odd = [self.view.odd_x(column), self.view.odd_y(row)];
@@ -314,11 +320,19 @@ impl Pixel<'_> {
         best.map(|(index, _)| index)
     }
 
-    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it; exactly 0 where it is 0.
+    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it, or as f64 are where that is subnormal; exactly 0 where
+    /// it is 0, infinite where no f64 is as large.
     pub fn distance(&self, hit: &Hit) -> f64 {
+        self.measure(hit).to_f64()
+    }
+
+    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it, whatever its exponent; exactly 0 where it is 0.
+    pub fn measure(&self, hit: &Hit) -> Distance {
         let y = self.y(hit);
         if y.is_within(0.25 * DISTANCE_ERROR) {
-            return y.value() / self.sample().a.value() / self.truth.scale;
+            // What has overflowed is not within anything: both are finite, and `a` is at least 1.
+            let [y, a] = [y, self.sample().a].map(|x| Distance::exact(x.value()));
+            return y.over(a).times_two_to(-self.truth.scale_exponent());
         }
         // Nearly everything cancels: the camera is on the surface, or all but.
         let by_product = match self.truth.view.camera.projection {
@@ -328,9 +342,24 @@ impl Pixel<'_> {
         by_product.unwrap_or_else(|| self.distance_by_integers(hit))
     }
 
+    /// Certain bounds of the distance `t` of a hit, from 100 bits: they cost little and are wide where nearly everything cancels. The
+    /// upper one may be infinite.
+    pub fn rough_bounds(&self, hit: &Hit) -> [f64; 2] {
+        let (y, Sample { a, .. }) = (self.y(hit), self.sample());
+        let ([low, high], [least, most]) = (y.bounds(), a.bounds());
+        if !(low.is_finite() && high.is_finite() && least >= 0.5 && most.is_finite()) {
+            return [0.0, f64::INFINITY];
+        }
+        // No hit lies before the camera. A quotient is rounded once, and then no end is off by more than `bounds` takes off.
+        let end = |y: f64, a: f64| {
+            Distance::exact(y.max(0.0)).over(Distance::exact(a)).times_two_to(-self.truth.scale_exponent()).bounds()
+        };
+        [end(low, most)[0], end(high, least)[1]]
+    }
+
     /// Perspective: the product of both roots is `(|f|^2 - r^2) / |dir|^2`, which is an exact number over `a`, so that the
     /// root that cancels follows from the one that does not. Nothing if neither is certain.
-    fn distance_by_product(&self, hit: &Hit) -> Option<f64> {
+    fn distance_by_product(&self, hit: &Hit) -> Option<Distance> {
         let (truth, ball) = (self.truth, hit.ball);
         let origin = truth.view.camera.origin;
         let exponent = least_exponent(ball.center.to_array().into_iter().chain(origin.to_array()).chain([ball.radius]));
@@ -341,7 +370,7 @@ impl Pixel<'_> {
         if product.is_zero() {
             // The roots are 0 and 2 beta / |dir|^2.
             return match (beta.sign()?, hit.root) {
-                (1, Root::Near) | (-1, Root::Far) => Some(0.0),
+                (1, Root::Near) | (-1, Root::Far) => Some(Distance::ZERO),
                 _ => None,
             };
         }
@@ -352,21 +381,19 @@ impl Pixel<'_> {
         if !other.is_within(0.25 * DISTANCE_ERROR) {
             return None;
         }
-        let drop = product.bit_len().saturating_sub(64);
-        let leading = (product >> drop).to_f64().value();
-        // `other` is in scaled lengths; the scale is a power of two.
-        let scale = (truth.scale.to_bits() >> 52) as i32 - 1023;
-        Some(scaled(leading / other.value(), drop as i32 + 2 * exponent + scale))
+        // `other` is in scaled lengths, the product in units of `2^exponent`, squared.
+        let power = 2 * i64::from(exponent) + truth.scale_exponent();
+        Some(Distance::leading(&product).over(Distance::exact(other.value())).times_two_to(power))
     }
 
     /// By integers with more and more bits, until the distance is certain.
-    fn distance_by_integers(&self, hit: &Hit) -> f64 {
+    fn distance_by_integers(&self, hit: &Hit) -> Distance {
         let truth = self.truth;
         let exponent = truth.exponent([hit.ball]);
         let site = truth.site(self.odd, hit.ball, exponent);
         let sign = hit.root.sign();
         if truth.field.sign_with_root(&site.beta, sign, &site.q) == 0 {
-            return 0.0;
+            return Distance::ZERO;
         }
         let Axes { a, b, .. } = &truth.axes;
         let ab = a * b;
@@ -388,12 +415,12 @@ impl Pixel<'_> {
                 Root::Far => (beta_low + root_low, beta_high + root_high),
             };
             if sign_of(&low) > 0 && &high - &low <= (&low >> 48) {
-                // t = y P / (a' sqrt(A B)), in units of 2^exponent / (2 lcm).
+                // t = y P / (a' sqrt(A B)), in units of 2^exponent / (2 lcm). Either of the two may be thousands of bits the longer.
                 let numerator = low * &site.p;
                 let denominator = &site.a * root_ab * IBig::from(2 * truth.lcm[0]);
-                let shift = (denominator.bit_len() + 64).saturating_sub(numerator.bit_len());
-                let quotient = ((numerator << shift) / denominator).to_f64().value();
-                return scaled(quotient, exponent - shift as i32);
+                return Distance::leading(&numerator)
+                    .over(Distance::leading(&denominator))
+                    .times_two_to(exponent.into());
             }
             bits *= 2;
         }
@@ -466,9 +493,6 @@ impl Pixel<'_> {
         )
     }
 }
-
-/// Bound of the relative error of [`Pixel::distance`].
-pub const DISTANCE_ERROR: f64 = f64::from_bits((1023 - 40) << 52);
 
 /// The square root, rounded down; of a negative number, 0.
 fn floor_root(square: &IBig) -> IBig {

@@ -5,10 +5,12 @@
 //! * [`small`]: the short cut for true ties with rational axes, in 128-bit integers.
 //! * [`field`]: exact algebra with the square roots of the axes; settles everything.
 //! * [`decide`]: hits and their order at one pixel, by the first that can tell.
+//! * [`distance`]: how far a hit is, as f64 and as bounds, whatever the exponents.
 //!
 //! This layer knows scenes and cameras as numbers, and nothing of devices.
 pub mod axes;
 pub mod dd;
 pub mod decide;
+pub mod distance;
 pub mod field;
 pub mod small;

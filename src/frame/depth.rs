@@ -4,12 +4,15 @@
 //! [`crate::exact::decide`] says which wall of the sphere is seen, and its distance with at least 40 bits whatever cancels;
 //! what is left is the rounding to f32. So every depth is within 0.51 units in the last place of the exact one. Which way
 //! is taken depends on the sphere, the pixel and the extent of the scene alone: parts and regions give the bytes of the whole.
+//!
+//! **Beyond f32.** Infinity is the background's and no hit's. A depth is the nearest *finite* f32: what lies beyond the largest
+//! is given as the largest. What lies nearer than half of the least positive f32 is given as 0.
 
 use rayon::prelude::*;
 
 use crate::{
     camera::{Projection, Region, View},
-    exact::decide::{Ball, DISTANCE_ERROR, Tally, Truth},
+    exact::decide::{Ball, Pixel, Tally, Truth},
     filter::{BACK, Look, Margins, Row, Screen, length},
     project::{Projected, Projector},
     scene::Scene,
@@ -18,7 +21,7 @@ use crate::{
 use super::PlaneError;
 
 /// Distances along the view direction (contract: `t`) of the ids of a region of a view; +infinity where the id is -1.
-/// Distances beyond f32 are +infinity too.
+/// Distances beyond f32 are [`f32::MAX`]: a hit's is always finite.
 ///
 /// # Errors
 /// When the region of the view has no picture, or the ids are not those of this region of this view of the scene.
@@ -32,48 +35,49 @@ pub fn depth_plane(scene: &Scene, view: &View, region: Region, ids: &[i32]) -> R
 /// # Errors
 /// When the ids are not those of this region of this view of the scene.
 pub fn depths(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Result<Vec<f32>, PlaneError> {
-    plane(scene, truth, region, ids, f32::INFINITY, |bounds, distance| match bounds {
-        Some([low, high]) if low as f32 == high as f32 => Some(low as f32),
-        _ => Some(distance()? as f32),
+    plane(scene, truth, region, ids, f32::INFINITY, |bounds, pixel, ball| match bounds {
+        Some([low, high]) if low as f32 == high as f32 => Some(nearest(low)),
+        _ => Some(nearest(pixel.distance(&pixel.hit(ball, &mut Tally::default())?))),
     })
+}
+
+/// The nearest finite f32.
+fn nearest(distance: f64) -> f32 {
+    (distance as f32).min(f32::MAX)
 }
 
 /// Bounds of the distances of the ids of a region, infinite where the id is -1.
 ///
+/// The distance lies between them for certain. They are apart by at most [`BOUNDS_RATIO`] of the upper one, or by [`BOUNDS_APART`]
+/// where that is more; both are 0 where the distance is. The lower one is never infinite, the upper one only if the distance is
+/// above `f64::MAX (1 - 2^-37)`: no f64 is as large, or none that could be told apart.
+///
 /// # Errors
 /// As [`depths`].
 pub fn distance_bounds(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Result<Vec<[f64; 2]>, PlaneError> {
-    plane(scene, truth, region, ids, [f64::INFINITY; 2], |bounds, distance| match bounds {
-        Some(bounds) => Some(bounds),
-        None => Some(around(distance()?)),
+    plane(scene, truth, region, ids, [f64::INFINITY; 2], |bounds, pixel, ball| match bounds {
+        Some([low, high]) if high - low <= BOUNDS_RATIO * high => bounds,
+        _ => Some(pixel.measure(&pixel.hit(ball, &mut Tally::default())?).bounds()),
     })
 }
 
-/// Distances below this, in world units, may have fewer bits than the rest.
-const LEAST: f64 = 1e-290;
+/// How far [`distance_bounds`] are apart at most, as a part of the upper one.
+pub const BOUNDS_RATIO: f64 = f64::from_bits((1023 - 20) << 52);
+/// How far they may be apart where that part is less than a few of the least positive numbers.
+pub const BOUNDS_APART: f64 = 8.0 * f64::from_bits(1);
 
-/// Certain bounds of what is within [`DISTANCE_ERROR`] of a distance.
-fn around(distance: f64) -> [f64; 2] {
-    if distance < LEAST {
-        return [0.0, 2.0 * LEAST];
-    }
-    if distance == f64::INFINITY {
-        // Beyond f64, or all but.
-        return [0.5 * f64::MAX, f64::INFINITY];
-    }
-    // Twice the error covers the roundings here.
-    [distance * (1.0 - 2.0 * DISTANCE_ERROR), distance * (1.0 + 2.0 * DISTANCE_ERROR)]
-}
+/// Bounds of the filter are used inside of these, in world units, where nothing is subnormal.
+const USED: [f64; 2] = [1e-290, 1e290];
 
-/// A plane of the ids of a region: `value` gets the filter's bounds of a hit's distance, if it has any, and a way to work out the
-/// distance with more bits, if there is a hit.
+/// A plane of the ids of a region: `value` gets the filter's bounds of a hit's distance, if it has any, the pixel, with which it can
+/// work out the distance with more bits, and the sphere; it gives nothing if the sphere is not hit there.
 fn plane<T: Copy + Send>(
     scene: &Scene,
     truth: &Truth,
     region: Region,
     ids: &[i32],
     background: T,
-    value: impl Fn(Option<[f64; 2]>, &dyn Fn() -> Option<f64>) -> Option<T> + Sync,
+    value: impl Fn(Option<[f64; 2]>, Pixel<'_>, Ball) -> Option<T> + Sync,
 ) -> Result<Vec<T>, PlaneError> {
     if ids.len() != region.pixels() {
         return Err(PlaneError::Length { ids: ids.len(), region });
@@ -91,15 +95,11 @@ fn plane<T: Copy + Send>(
                 _ => {
                     let sphere = scene.sphere(index).ok_or(PlaneError::NoSphere { id, spheres: scene.len() })?;
                     let ball = Ball::from(sphere);
-                    (ball, lens.line(ball, row))
+                    (ball, lens.line(&lens.sphere(ball), row))
                 }
             };
             last = Some((id, ball, line));
-            let distance = || {
-                let pixel = truth.pixel(column, row);
-                Some(pixel.distance(&pixel.hit(ball, &mut Tally::default())?))
-            };
-            let seen = value(lens.bounds(&line, column, row), &distance);
+            let seen = value(lens.bounds(&line, column, row), truth.pixel(column, row), ball);
             *to = seen.ok_or(PlaneError::NotSeen { id, column, row })?;
         }
         Ok(())
@@ -109,41 +109,63 @@ fn plane<T: Copy + Send>(
 }
 
 /// The filter, set up for single pixels of a whole view.
-struct Lens {
+pub(crate) struct Lens {
     projector: Projector,
     /// Without the short cut whose bounds depend on other spheres.
     screen: Screen,
 }
 
+/// A sphere in view space, with its bounds.
+#[derive(Clone, Copy)]
+pub(crate) struct Shown {
+    sphere: Projected,
+    margins: Margins,
+}
+
 /// A sphere in a row.
 #[derive(Clone, Copy)]
-struct Line {
+pub(crate) struct Line {
     row: Row,
     margins: Margins,
 }
 
 impl Lens {
-    fn new(truth: &Truth) -> Self {
+    /// Of a view.
+    pub(crate) fn new(truth: &Truth) -> Self {
         let projector = Projector::new(truth, Region::whole(truth.view().image));
         let screen = Screen { plain: f64::INFINITY, ..projector.screen };
         Self { projector, screen }
     }
 
-    fn line(&self, ball: Ball, row: u32) -> Line {
-        let sphere: Projected = self.projector.project(ball.center, ball.radius);
+    /// The camera of the whole image.
+    pub(crate) fn projector(&self) -> &Projector {
+        &self.projector
+    }
+
+    /// A sphere.
+    pub(crate) fn sphere(&self, ball: Ball) -> Shown {
+        let sphere = self.projector.project(ball.center, ball.radius);
+        let margins = match self.projector.projection {
+            Projection::Orthographic => Margins::new::<false>(&sphere, self.screen),
+            Projection::Perspective => Margins::new::<true>(&sphere, self.screen),
+        };
+        Shown { sphere, margins }
+    }
+
+    /// The same in a row of the image.
+    #[inline(always)]
+    pub(crate) fn line(&self, &Shown { ref sphere, margins }: &Shown, row: u32) -> Line {
         let sy = self.projector.rows[row as usize];
-        match self.projector.projection {
-            Projection::Orthographic => {
-                Line { row: Row::new::<false>(&sphere, sy), margins: Margins::new::<false>(&sphere, self.screen) }
-            }
-            Projection::Perspective => {
-                Line { row: Row::new::<true>(&sphere, sy), margins: Margins::new::<true>(&sphere, self.screen) }
-            }
-        }
+        let row = match self.projector.projection {
+            Projection::Orthographic => Row::new::<false>(sphere, sy),
+            Projection::Perspective => Row::new::<true>(sphere, sy),
+        };
+        Line { row, margins }
     }
 
     /// Bounds of the distance of a hit, world units, if the filter has any that are certain.
-    fn bounds(&self, line: &Line, column: u32, row: u32) -> Option<[f64; 2]> {
+    #[inline(always)]
+    pub(crate) fn bounds(&self, line: &Line, column: u32, row: u32) -> Option<[f64; 2]> {
         let (sx, sy) = (self.projector.columns[column as usize], self.projector.rows[row as usize]);
         let planes = [self.projector.near, self.projector.far];
         let (look, a) = match self.projector.projection {
@@ -153,13 +175,21 @@ impl Lens {
             }
         };
         let Look::Seen([low, high]) = look else { return None };
+        // Nothing is subnormal from here on, so that roundings are as `BACK` has them: a sphere that is not vague has
+        // `1024 A D <= r` and `D >= 8 u r`, so that `a` is below 2^41.
+        if !(low > LEAST_IN_VIEW && high < f64::MAX) {
+            return None;
+        }
         // From `y` to `t`, and by a power of two to world units, which rounds nothing in this range.
         let (low, high) = (low / a, high / a);
-        let (low, high) = (low - BACK * low.abs(), high + BACK * high.abs());
+        let (low, high) = (low - BACK * low, high + BACK * high);
         let (low, high) = (low / self.projector.scale, high / self.projector.scale);
-        (low > LEAST && high < 1e290).then_some([low, high])
+        (low > USED[0] && high < USED[1]).then_some([low, high])
     }
 }
+
+/// The least depth in view lengths, times `|dir|^2`, of which bounds are used.
+const LEAST_IN_VIEW: f64 = f64::from_bits((1023 - 900) << 52);
 
 #[cfg(test)]
 mod tests {

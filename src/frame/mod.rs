@@ -8,7 +8,8 @@ mod depth;
 mod npy;
 mod png;
 
-pub use depth::{depth_plane, depths, distance_bounds};
+pub use depth::{BOUNDS_APART, BOUNDS_RATIO, depth_plane, depths, distance_bounds};
+pub(crate) use depth::{Lens, Shown};
 pub use npy::{Plane, header as npy_header, record_header as npy_record_header, write_f32, write_i32};
 pub use png::{PaletteError, PngRows, write_palette_png, write_png};
 

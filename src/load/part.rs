@@ -118,7 +118,7 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
     let within = |scene: Scene| {
         let (own, all) = (scene.bounds(), meta.bounds?);
         let inside = own.min_center.cmpge(all.min_center).all() && own.max_center.cmple(all.max_center).all();
-        (inside && own.max_radius <= all.max_radius).then_some(())
+        (inside && own.min_radius >= all.min_radius && own.max_radius <= all.max_radius).then_some(())
     };
     let scene = Scene::new(vec![spheres.clone()]).map_err(|error| (error.to_string(), FIX))?;
     if count > 0 && within(scene).is_none() {
@@ -174,6 +174,9 @@ fn meta(archive: &mut Archive) -> Result<Meta, Problem> {
     } else if extent.iter().all(|value| value.is_finite()) {
         let [x, y, z, min_radius, u, v, w, max_radius] = extent;
         let (min_center, max_center) = (DVec3::new(x, y, z), DVec3::new(u, v, w));
+        if !(min_center.cmple(max_center).all() && 0.0 < min_radius && min_radius <= max_radius) {
+            return Err(wrong("extent"));
+        }
         Some(Bounds { min_center, max_center, min_radius, max_radius })
     } else {
         return Err(wrong("extent"));

@@ -1,8 +1,14 @@
 //! Parts that fit together become the planes of the whole.
 //!
-//! At each pixel the nearest of what the parts found there wins. Most pixels are settled by the bounds of the distances;
+//! At each pixel the nearest of what the parts found there wins. Most pixels are settled by bounds of the distances;
 //! where those overlap, [`crate::exact::decide`] tells the order, and at equal distance the lower index wins. That is the
 //! rule of a picture drawn at once, and it is a minimum: the order of the parts does not matter.
+//!
+//! **What is read is not believed.** A part has the exact numbers of all spheres that are seen in it, and from these everything that
+//! settles a pixel is worked out anew: for each sphere the box of pixels and depths that it cannot leave ([`Slot`]), which is enough at
+//! most pixels; where the boxes of two overlap, the filter's bounds of both at the pixel; and where these do, the exact order. What a
+//! file says of a distance must agree with each of them, or the part is refused. So no bound that is false, whichever program wrote
+//! it, can change a picture: it is found out, or it does not matter. (That a part leaves out what it saw cannot be told from the part.)
 
 use std::{cmp::Ordering, fmt, ops::Range};
 
@@ -11,7 +17,9 @@ use rayon::prelude::*;
 use super::{Meta, Part, Pixel};
 use crate::{
     camera::{Region, ScreenSize},
-    exact::decide::{Ball, Tally, Truth},
+    exact::decide::{Ball, Hit, Tally, Truth},
+    frame::{Lens, Shown},
+    project::{BATCH, Batch, Projector},
     scene::{Block, Bounds, Colors, Radii, Reals, Scene, SceneError, Sphere},
 };
 
@@ -84,7 +92,7 @@ pub enum MergeError {
     },
     /// A part contradicts itself.
     #[error(
-        "{name} is damaged: its sphere {index} cannot be what is seen at column {column}, row {row}; \
+        "{name} is damaged: its sphere {index} {fault} at column {column}, row {row}; \
          write it again with `planisphere render SCENE --visibility FILE.npz`"
     )]
     Damaged {
@@ -92,14 +100,13 @@ pub enum MergeError {
         name: String,
         /// The sphere.
         index: i64,
+        /// What is wrong with it.
+        fault: &'static str,
         /// The pixel.
         column: u32,
         /// The pixel.
         row: u32,
     },
-    /// Parts contradict themselves.
-    #[error("a part is damaged: it names a sphere that is not seen where it says; write the parts again")]
-    NotSeen,
     /// Too much is seen.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -131,19 +138,69 @@ pub struct Merge<'a> {
     parts: &'a [Part],
     meta: Meta,
     truth: Truth,
+    lens: Lens,
     /// The spheres that are seen in any part, by rising index in the whole scene.
     scene: Scene,
     indices: Vec<u64>,
-    /// Place in `scene` of each sphere of each part.
-    places: Vec<Vec<u32>>,
+    /// Of each sphere of each part.
+    slots: Vec<Vec<Slot>>,
+    /// How they are found.
+    ranks: Vec<Ranks>,
+}
+
+/// Where indices stand in a rising list of them, found without a search where they are not far apart.
+struct Ranks {
+    /// The least.
+    first: u64,
+    /// For each 64 possible ones from there on: which there are, a bit each, and how many come before. None if that would be long.
+    words: Vec<(u64, u32)>,
+}
+
+impl Ranks {
+    fn new(indices: &[u64]) -> Self {
+        let first = indices.first().copied().unwrap_or(0);
+        let count = indices.last().map_or(0, |last| (last - first) / 64 + 1);
+        let mut words = Vec::new();
+        if count <= indices.len() as u64 {
+            words.resize(count as usize, (0u64, 0u32));
+            indices.iter().for_each(|index| words[((index - first) / 64) as usize].0 |= 1 << ((index - first) % 64));
+            words.iter_mut().fold(0, |before, (bits, of)| {
+                *of = before;
+                before + bits.count_ones()
+            });
+        }
+        Self { first, words }
+    }
+
+    /// The place of an index in the list that this was made of, if it is there.
+    #[inline(always)]
+    fn slot(&self, index: i64, indices: &[u64]) -> Option<usize> {
+        let index = u64::try_from(index).ok()?;
+        if self.words.is_empty() {
+            return indices.binary_search(&index).ok();
+        }
+        let at = index.checked_sub(self.first)?;
+        let &(bits, before) = self.words.get(usize::try_from(at / 64).ok()?)?;
+        let bit = 1 << (at % 64);
+        (bits & bit != 0).then(|| before as usize + (bits & (bit - 1)).count_ones() as usize)
+    }
+}
+
+/// A sphere of a part: where it is kept, and the box that nothing of it leaves.
+#[derive(Clone, Copy, Default)]
+struct Slot {
+    /// Distances from the camera's plane, world units.
+    reach: [f64; 2],
+    /// First and last column, first and last row; if the first is beyond the last it is seen nowhere.
+    window: [u16; 4],
+    /// Place in [`Merge::scene`].
+    place: u32,
 }
 
 /// What is seen at the pixels of a region.
 pub struct Band {
     /// Sphere of [`Merge::scene`] at each pixel, -1 for none.
     pub ids: Vec<i32>,
-    /// Bounds of the distances.
-    pub bounds: Vec<[f64; 2]>,
     /// Pairs of spheres whose order was decided exactly, and how.
     pub ties: Ties,
 }
@@ -177,7 +234,7 @@ impl<'a> Merge<'a> {
             all.extend(part.indices.iter().zip(0..).map(|(&index, slot)| (index, number as u32, slot)));
         }
         all.par_sort_unstable();
-        let mut places: Vec<Vec<u32>> = parts.iter().map(|part| vec![0; part.indices.len()]).collect();
+        let mut slots: Vec<Vec<Slot>> = parts.iter().map(|part| vec![Slot::default(); part.indices.len()]).collect();
         let (mut indices, mut first_of, mut centers, mut radii, mut colors) = (vec![], None, vec![], vec![], vec![]);
         for (index, number, slot) in all {
             let (part, at) = (&parts[number as usize], slot as usize);
@@ -198,7 +255,7 @@ impl<'a> Merge<'a> {
                     colors.extend(sphere.color);
                 }
             }
-            places[number as usize][at] = indices.len() as u32 - 1;
+            slots[number as usize][at].place = indices.len() as u32 - 1;
         }
         let block = Block {
             centers: Reals::F64(centers.into()),
@@ -215,7 +272,15 @@ impl<'a> Merge<'a> {
         let meta = Meta { view: first.meta.view, region, background: first.meta.background, ranges, bounds };
         // The bounds of all spheres, seen or not, so that even what is rounded is as in a picture drawn at once.
         let truth = Truth::new(&meta.view, bounds.unwrap_or_else(|| scene.bounds()));
-        Ok(Self { parts, meta, truth, scene, indices, places })
+        let lens = Lens::new(&truth);
+        let projector = lens.projector();
+        for (part, slots) in parts.iter().zip(&mut slots) {
+            slots.par_chunks_mut(SOME).enumerate().for_each(|(number, slots)| {
+                Slot::fill(slots, &part.spheres, number * SOME, projector);
+            });
+        }
+        let ranks = parts.iter().map(|part| Ranks::new(&part.indices)).collect();
+        Ok(Self { parts, meta, truth, lens, scene, indices, slots, ranks })
     }
 
     /// Whether the spheres of the parts are all from the first to the last.
@@ -260,58 +325,182 @@ impl<'a> Merge<'a> {
     pub fn band(&self, region: Region) -> Result<Band, MergeError> {
         assert_eq!(common(region, self.meta.region), Some(region), "bands are bands of the region");
         let width = region.width as usize;
-        let mut band = Band {
-            ids: vec![-1; region.pixels()],
-            bounds: vec![[f64::INFINITY; 2]; region.pixels()],
-            ties: Ties::default(),
-        };
-        let rows = band.ids.par_chunks_mut(width).zip(band.bounds.par_chunks_mut(width));
-        band.ties = rows
-            .zip(region.y..region.y + region.height)
-            .map(|((ids, bounds), row)| self.row(row, region.x, ids, bounds))
+        let mut ids = vec![-1; region.pixels()];
+        let rows = ids.par_chunks_mut(width).zip(region.y..region.y + region.height);
+        let ties = rows
+            .map_init(|| Desk::new(width), |desk, (ids, row)| self.row(desk, row, region.x, ids))
             .try_reduce(Ties::default, |a, b| Ok(Ties { pairs: a.pairs + b.pairs, exact: a.exact + b.exact }))?;
-        Ok(band)
+        Ok(Band { ids, ties })
     }
 
-    fn row(&self, row: u32, x: u32, ids: &mut [i32], bounds: &mut [[f64; 2]]) -> Result<Ties, MergeError> {
-        let (mut ties, mut tally) = (0, Tally::default());
+    /// Merges the pixels of a row from column `x` on.
+    fn row(&self, desk: &mut Desk, row: u32, x: u32, ids: &mut [i32]) -> Result<Ties, MergeError> {
+        (desk.pairs, desk.tally) = (0, Tally::default());
         let this = Region { x, y: row, width: ids.len() as u32, height: 1 };
-        for (part, places) in self.parts.iter().zip(&self.places) {
+        for (part, (slots, ranks)) in self.parts.iter().zip(self.slots.iter().zip(&self.ranks)) {
             let Some(Region { x: left, width, .. }) = common(part.meta.region, this) else { continue };
-            let (mut last, mut place) = (-1, 0);
-            for (column, Pixel { id, bounds: [low, high] }) in (left..).zip(part.row(row, left..left + width)) {
+            let (mut last, mut slot) = (-1, &Slot::default());
+            for (column, Pixel { id, bounds }) in (left..).zip(part.row(row, left..left + width)) {
+                let damaged = |fault| MergeError::Damaged { name: part.name.clone(), index: id, fault, column, row };
                 if id == -1 {
+                    if bounds != [f64::INFINITY; 2] {
+                        return Err(damaged(SOMEWHERE));
+                    }
                     continue;
                 }
-                let damaged = || MergeError::Damaged { name: part.name.clone(), index: id, column, row };
                 if id != last {
-                    let slot = u64::try_from(id).ok().and_then(|id| part.indices.binary_search(&id).ok());
-                    (last, place) = (id, places[slot.ok_or_else(damaged)?] as i32);
+                    let found = ranks.slot(id, &part.indices);
+                    (last, slot) = (id, &slots[found.ok_or_else(|| damaged(UNLISTED))?]);
                 }
-                if !(low <= high) {
-                    return Err(damaged());
+                let [first_column, last_column, first_row, last_row] = slot.window.map(u32::from);
+                if !((first_column..=last_column).contains(&column) && (first_row..=last_row).contains(&row)) {
+                    return Err(damaged(ELSEWHERE));
+                }
+                // False for NaN.
+                let [low, high] = bounds;
+                let sound = (0.0 <= low) & (low <= high) & (low < f64::INFINITY);
+                if !(sound & (low <= slot.reach[1]) & (slot.reach[0] <= high)) {
+                    return Err(damaged(TOO_FAR));
                 }
                 let at = (column - x) as usize;
-                let (holder, [held_low, held_high]) = (ids[at], bounds[at]);
-                let wins = if holder < 0 || high < held_low {
-                    true
-                } else if low > held_high {
-                    false
-                } else {
-                    ties += 1;
-                    let pixel = self.truth.pixel(column, row);
-                    let mut hit = |place: i32| pixel.hit(Ball::from(self.scene.known(place as usize)), &mut tally);
-                    // Which of the two files is damaged is not known; the one at hand is named.
-                    let (one, other) = (hit(place).ok_or_else(damaged)?, hit(holder).ok_or_else(damaged)?);
-                    // Places rise with indices.
-                    pixel.order(&one, &other, &mut tally).then(place.cmp(&holder)) == Ordering::Less
-                };
-                if wins {
-                    (ids[at], bounds[at]) = (place, [low, high]);
+                let (holder, [least, most]) = (ids[at], desk.reach[at]);
+                if holder < 0 || slot.reach[1] < least {
+                    (ids[at], desk.reach[at], desk.close[at]) = (slot.place as i32, slot.reach, false);
+                } else if slot.reach[0] <= most {
+                    let first = self
+                        .settle(desk, [column, row, at as u32], [slot.place, holder as u32], bounds)
+                        .map_err(|wrong| self.damaged(wrong, column, row))?;
+                    ids[at] = if first { slot.place as i32 } else { holder };
                 }
             }
         }
-        Ok(Ties { pairs: ties, exact: tally.big })
+        Ok(Ties { pairs: desk.pairs, exact: desk.tally.big })
+    }
+
+    /// Whether one sphere is seen before another at a pixel, where both are seen; `at` is its column, its row, and its place in the row at
+    /// hand. `said` bounds the distance of the first.
+    fn settle(
+        &self,
+        desk: &mut Desk,
+        [column, row, at]: [u32; 3],
+        [one, other]: [u32; 2],
+        said: [f64; 2],
+    ) -> Result<bool, Wrong> {
+        let at = at as usize;
+        let found = self.bounds(desk, [column, row], one)?;
+        // Both hold the exact distance, so that they have it in common.
+        if !(said[0] <= found[1] && found[0] <= said[1]) {
+            return Err((one, TOO_FAR));
+        }
+        if !desk.close[at] {
+            (desk.reach[at], desk.close[at]) = (self.bounds(desk, [column, row], other)?, true);
+        }
+        let held = desk.reach[at];
+        let first = if found[1] < held[0] || found[0] > held[1] {
+            found[1] < held[0]
+        } else {
+            desk.pairs += 1;
+            let pixel = self.truth.pixel(column, row);
+            let mut hit = |place: u32| pixel.hit(self.ball(place), &mut desk.tally).ok_or((place, ELSEWHERE));
+            let (a, b) = (hit(one)?, hit(other)?);
+            // Places rise with indices.
+            pixel.order(&a, &b, &mut desk.tally).then(one.cmp(&other)) == Ordering::Less
+        };
+        if first {
+            desk.reach[at] = found;
+        }
+        Ok(first)
+    }
+
+    /// What is wrong if a sphere of [`Merge::scene`] that was found at a pixel turns out not to be hit there.
+    pub fn not_seen(&self, id: i32, column: u32, row: u32) -> MergeError {
+        self.damaged((id as u32, ELSEWHERE), column, row)
+    }
+
+    /// Which part says what is wrong of a sphere at a pixel.
+    #[cold]
+    fn damaged(&self, (place, fault): Wrong, column: u32, row: u32) -> MergeError {
+        let index = self.indices[place as usize] as i64;
+        let this = Region { x: column, y: row, width: 1, height: 1 };
+        let says = |part: &&Part| {
+            common(part.meta.region, this).is_some() && part.row(row, column..column + 1).any(|pixel| pixel.id == index)
+        };
+        let name = self.parts.iter().find(says).map_or_else(String::new, |part| part.name.clone());
+        MergeError::Damaged { name, index, fault, column, row }
+    }
+
+    fn ball(&self, place: u32) -> Ball {
+        self.scene.known(place as usize).into()
+    }
+
+    /// Certain bounds of the distance of a hit.
+    fn bounds(&self, desk: &mut Desk, [column, row]: [u32; 2], place: u32) -> Result<[f64; 2], Wrong> {
+        let kept = &mut desk.shown[place as usize % SHOWN];
+        if kept.is_none_or(|(of, _)| of != place) {
+            *kept = Some((place, self.lens.sphere(self.ball(place))));
+        }
+        let shown = kept.map(|(_, shown)| self.lens.line(&shown, row));
+        if let Some(bounds) = shown.and_then(|line| self.lens.bounds(&line, column, row)) {
+            return Ok(bounds);
+        }
+        let pixel = self.truth.pixel(column, row);
+        let hit: Hit = pixel.hit(self.ball(place), &mut desk.tally).ok_or((place, ELSEWHERE))?;
+        Ok(pixel.rough_bounds(&hit))
+    }
+}
+
+/// A sphere by its place, and what is wrong with it.
+type Wrong = (u32, &'static str);
+
+/// What can be wrong with a sphere at a pixel.
+const UNLISTED: &str = "is not in its list and yet is seen";
+const ELSEWHERE: &str = "cannot be what is seen";
+const TOO_FAR: &str = "cannot be as far away as it says";
+const SOMEWHERE: &str = "(which means none) has a distance";
+
+/// So many spheres are put into their boxes by one thread at a time.
+const SOME: usize = 64 * BATCH;
+/// So many spheres are kept as the filter has them.
+const SHOWN: usize = 256;
+
+/// What is at hand while rows are merged.
+struct Desk {
+    /// Of what is found at each pixel of a row: the distance lies between these.
+    reach: Vec<[f64; 2]>,
+    /// Whether these are bounds at the pixel, and not of the whole sphere.
+    close: Vec<bool>,
+    /// Spheres by place, the last of those that share a number.
+    shown: Vec<Option<(u32, Shown)>>,
+    pairs: u64,
+    tally: Tally,
+}
+
+impl Desk {
+    fn new(width: usize) -> Self {
+        let (reach, close) = (vec![[f64::INFINITY; 2]; width], vec![false; width]);
+        Self { reach, close, shown: vec![None; SHOWN], pairs: 0, tally: Tally::default() }
+    }
+}
+
+impl Slot {
+    /// The boxes of spheres of a block from `first` on; the projector's region is the whole image.
+    fn fill(slots: &mut [Self], spheres: &Block, first: usize, projector: &Projector) {
+        let mut batch = Batch::default();
+        for (slots, first) in slots.chunks_mut(BATCH).zip((first..).step_by(BATCH)) {
+            projector.project_batch(spheres, first, &mut batch);
+            projector.footprints(&mut batch);
+            for (k, slot) in slots.iter_mut().enumerate() {
+                let sides = [batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]];
+                let seen = sides[0] <= sides[1] && sides[2] <= sides[3];
+                // Inside an image no side is beyond 2^15.
+                slot.window = if seen { sides.map(|side| side as u16) } else { [1, 0, 1, 0] };
+                // To world units by a power of two, which rounds where that is subnormal.
+                let sphere = batch.sphere(k);
+                let [near, far] = [sphere.nearest(), sphere.farthest()].map(|depth| depth / projector.scale);
+                slot.reach =
+                    if near <= far { [near.next_down(), far.next_up()] } else { [f64::NEG_INFINITY, f64::INFINITY] };
+            }
+        }
     }
 }
 
@@ -458,4 +647,24 @@ fn check_cover(parts: &[Part], region: Region, ranges: &[Range<u64>]) -> Result<
     // Nothing at all is held there: the spheres do not matter.
     let spheres = if held.is_empty() { 0..0 } else { spheres.unwrap_or(0..0) };
     Err(MergeError::Missing { spheres, region: missing, hint })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranks_are_those_of_a_search() {
+        let near: Vec<u64> = (0..500).map(|k| (1 << 40) + k * 3 + k % 2).collect();
+        let far: Vec<u64> = (0..500).map(|k| k * k * 1000).collect();
+        for indices in [near, far, vec![7], vec![]] {
+            let ranks = Ranks::new(&indices);
+            let some = indices.iter().flat_map(|&index| [index as i64, index as i64 + 1, index as i64 - 1]);
+            for index in some.chain([0, -1, i64::MAX, 1 << 40]) {
+                let want = u64::try_from(index).ok().and_then(|index| indices.binary_search(&index).ok());
+                assert_eq!(ranks.slot(index, &indices), want, "{index}");
+            }
+            assert_eq!(ranks.words.is_empty(), indices.last().is_none_or(|last| *last == 499 * 499 * 1000));
+        }
+    }
 }

@@ -3,7 +3,7 @@
 //!
 //! | array | type, shape | |
 //! | --- | --- | --- |
-//! | `pixels` | records, (height, width) | `id`: index of the nearest sphere in the whole scene, int32 or, where that is too short, int64; -1 for none. `low`, `high`: float64, between which the distance lies; inf for none |
+//! | `pixels` | records, (height, width) | `id`: index of the nearest sphere in the whole scene, int32 or, where that is too short, int64; -1 for none. `low`, `high`: float64, between which the distance lies, apart by at most 2^-20 of it or 8 of the least positive numbers; inf for none (`high` is, too, where no f64 is as large) |
 //! | `indices` | int64, (M,) | the spheres that are seen, rising |
 //! | `centers`, `radii`, `colors` | float64 (M, 3), float64 (M,), uint8 (M, 3) | their numbers, exactly |
 //! | `ranges` | int64, (R, 2) | first and one past the last index of the spheres that were drawn |

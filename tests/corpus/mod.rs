@@ -1,8 +1,12 @@
 //! The stress corpus: small scenes that have broken renderers, or are made to. Each is the same on every machine: its
 //! numbers come from a seed, by integers, `+ - * /` and square roots only.
 
+#[allow(dead_code, reason = "only the tests that judge whole scenes draw these")]
+pub mod extreme;
 pub mod fuzz;
 pub mod random;
+
+use std::ops::Range;
 
 use glam::DVec3;
 use planisphere::{
@@ -20,6 +24,17 @@ pub struct Case {
     pub scene: Scene,
     /// From where, and how large.
     pub view: View,
+}
+
+/// The seeds that `PLANISPHERE_SEEDS` asks for, such as `1000..2000`; else the usual ones.
+#[allow(dead_code, reason = "only the tests with seeds ask for them")]
+pub fn seeds(usual: Range<u64>) -> Range<u64> {
+    let Ok(words) = std::env::var("PLANISPHERE_SEEDS") else { return usual };
+    words
+        .split_once("..")
+        .and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?))
+        .filter(|seeds| !seeds.is_empty())
+        .unwrap_or_else(|| panic!("PLANISPHERE_SEEDS is {words:?}; give a range such as 1000..2000"))
 }
 
 /// A sphere of some colour.
@@ -151,6 +166,7 @@ pub fn corpus() -> Vec<Case> {
     planes(&mut corpus);
     inside(&mut corpus);
     scales(&mut corpus);
+    cancelling(&mut corpus);
     crowds(&mut corpus);
     shapes(&mut corpus);
     plain(&mut corpus);
@@ -732,6 +748,70 @@ fn scales(corpus: &mut Corpus) {
             height: target.radius * random.power(-1.0, 2.0),
         };
         corpus.look(&format!("1e-8 to 1e8, seed {seed}"), &scene(&spheres), look, pixels(24, 24));
+    }
+}
+
+/// Distances of which next to nothing is left, beside numbers of other exponents: a surface in the camera's plane whose centre
+/// has a subnormal coordinate, and the same as far apart as exponents go.
+fn cancelling(corpus: &mut Corpus) {
+    let least = f64::from_bits(1);
+    // (Radius, subnormal coordinate, width, pixels, what lies in front: depth and radius.)
+    for (name, radius, aside, width, side, front) in [
+        ("planet", 6.4e6, least, 0.02, 16, (0.02, 0.008)),
+        ("planet without it", 6.4e6, 0.0, 0.02, 16, (0.02, 0.008)),
+        ("2^100", two_to(100), least, two_to(43), 8, (two_to(45), two_to(42))),
+        ("2^100 without it", two_to(100), 0.0, two_to(43), 8, (two_to(45), two_to(42))),
+        ("2^900", two_to(900), least, two_to(800), 8, (two_to(720), two_to(719))),
+        ("2^1023", two_to(1023), least * 3.0, two_to(970), 8, (two_to(940), two_to(938))),
+        ("2^-500", two_to(-500), least, two_to(-530), 8, (two_to(-560), two_to(-562))),
+        ("2^-1040", two_to(-1040), least, two_to(-1050), 8, (two_to(-1060), two_to(-1062))),
+        ("pixels of 1e-323", 1.0, 0.0, least * 9.0, 5, (two_to(-1070), two_to(-1072))),
+        ("pixels of 1e-323, large", two_to(1000), 0.0, least * 9.0, 5, (two_to(-1070), two_to(-1072))),
+    ] {
+        let spheres = scene(&[ball([radius, aside, 0.0], radius), ball([front.0, 0.0, 0.0], front.1)]);
+        let mut camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
+        camera.size = ScreenSize::Width(width);
+        corpus.add(format!("cancelling, {name}, orthographic"), &spheres, camera, pixels(side, side));
+        // On irrational axes numbers must not agree in thousands of bits: the contract would leave their order open.
+        if (two_to(-600)..two_to(600)).contains(&radius) && width > two_to(-600) {
+            camera.view = DVec3::new(1.0, -0.5, 0.25);
+            corpus.add(format!("cancelling, {name}, tilted, orthographic"), &spheres, camera, pixels(side, side));
+        }
+        // On the surface with a point for an eye, and a hair before it.
+        camera.projection = Projection::Perspective;
+        camera.size = ScreenSize::Width(0.75);
+        corpus.add(format!("cancelling, {name}, perspective"), &spheres, camera, pixels(side, side));
+        camera.origin.x = -radius * two_to(-50);
+        corpus.add(format!("cancelling, {name}, just before, perspective"), &spheres, camera, pixels(side, side));
+    }
+    // One scene of exponents from -900 to 900, seen by wide and narrow eyes.
+    let spheres: Vec<_> = (-9..=9)
+        .flat_map(|k| {
+            let r = two_to(100 * k);
+            [ball([r, 0.0, two_to(-900)], r), ball([2.0 * r, r, 0.0], r)]
+        })
+        .collect();
+    for width in [least, two_to(-900), two_to(-60), 1.0, two_to(60), two_to(900), f64::MAX] {
+        for (projection, word) in BOTH {
+            let mut camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
+            (camera.projection, camera.size) = (projection, ScreenSize::Width(width));
+            corpus.add(
+                format!("cancelling, 2^-900 to 2^900, {width:e} wide, {word}"),
+                &scene(&spheres),
+                camera,
+                pixels(5, 5),
+            );
+        }
+    }
+    // Differences that no f64 reaches.
+    let most = f64::MAX;
+    let spheres = [ball([most, 0.0, 0.0], most), ball([most, most, 0.0], most), ball([most, 0.0, 0.0], 0.5 * most)];
+    for (projection, word) in BOTH {
+        let mut camera = Camera::orthographic(DVec3::new(-most, 0.0, 0.0), DVec3::X);
+        (camera.projection, camera.size) = (projection, ScreenSize::Width(1.0));
+        corpus.add(format!("cancelling, beyond f64, {word}"), &scene(&spheres), camera, pixels(5, 5));
+        camera.near = most;
+        corpus.add(format!("cancelling, beyond f64, near, {word}"), &scene(&spheres), camera, pixels(5, 5));
     }
 }
 

@@ -187,6 +187,34 @@ impl Fixed {
         [&self.low, &self.high].into_iter().all(|end| magnitude_bits(end) <= shift)
     }
 
+    /// Whether it is certainly positive, and its ends differ by at most `2^-bits` of the lower one.
+    pub fn is_known_to(&self, bits: usize) -> bool {
+        self.low > IBig::ZERO && &self.high - &self.low <= (&self.low >> bits)
+    }
+
+    /// The orders of both ends against an f64, which may be infinite.
+    pub fn against(&self, value: f64) -> [Ordering; 2] {
+        if value.is_infinite() {
+            return [if value > 0.0 { Ordering::Less } else { Ordering::Greater }; 2];
+        }
+        let (mantissa, exponent) = split(value);
+        let (mantissa, shift) = (IBig::from(mantissa), i64::from(exponent) + self.places as i64);
+        [&self.low, &self.high].map(|end| {
+            if shift >= 0 {
+                end.cmp(&(&mantissa << shift as usize))
+            } else {
+                (end << shift.unsigned_abs() as usize).cmp(&mantissa)
+            }
+        })
+    }
+
+    /// The lower end as an f64, nearly, and what it must be multiplied with as a power of two: for messages.
+    pub fn words(&self) -> String {
+        let drop = magnitude_bits(&self.low).saturating_sub(60);
+        let leading = (&self.low >> drop).to_f64().value();
+        format!("{leading:e} 2^{}", drop as i64 - self.places as i64)
+    }
+
     /// An f64 interval that holds this one. Meant for numbers of moderate size.
     pub fn rough(&self) -> Rough {
         assert!(self.places <= 900, "2^-places must be a normal f64");

@@ -33,6 +33,8 @@ use separation::{Body, Given, Setting, Size};
 const FIRST_PLACES: usize = 128;
 /// So many steps: half a million places.
 const STEPS: usize = 13;
+/// A distance is known to so many bits.
+const DISTANCE_BITS: usize = 80;
 /// With irrational axes the contract lets numbers that agree this far count as equal.
 const CONTRACT_BITS: i64 = 4000;
 
@@ -99,6 +101,40 @@ struct Hit {
     root: Root,
 }
 
+/// The exact distance of a hit, as an interval of [`DISTANCE_BITS`] bits; exactly 0 where it is 0.
+#[derive(Clone, Debug)]
+pub struct Distance(Fixed);
+
+impl Distance {
+    /// Whether it certainly lies between two f64, both included; either may be infinite.
+    pub fn is_between(&self, low: f64, high: f64) -> bool {
+        self.0.against(low)[0] != Ordering::Less && self.0.against(high)[1] != Ordering::Greater
+    }
+
+    /// Whether bounds hold it, neither of them infinite, but for the upper one of a distance that no f64 reaches, or all but.
+    pub fn has_bounds(&self, [low, high]: [f64; 2]) -> bool {
+        let reached = high < f64::INFINITY || self.is_between(f64::MAX * (1.0 - 2f64.powi(-37)), high);
+        low >= 0.0 && low < f64::INFINITY && self.is_between(low, high) && reached
+    }
+
+    /// Whether a depth in f32 is within so many units in the last place of it. What no f32 reaches is the largest f32.
+    pub fn has_depth(&self, depth: f32, units: f64) -> bool {
+        // No distance is negative, and none is the background's.
+        if !(depth.is_sign_positive() && depth < f32::INFINITY) {
+            return false;
+        }
+        let (value, largest) = (f64::from(depth), depth == f32::MAX);
+        // The spacing above the depth; just below a power of two it is half as much.
+        let unit = if largest { value - f64::from(depth.next_down()) } else { f64::from(depth.next_up()) - value };
+        self.is_between(value - units * unit, if largest { f64::INFINITY } else { value + units * unit })
+    }
+
+    /// About how much it is, in words.
+    pub fn words(&self) -> String {
+        self.0.words()
+    }
+}
+
 /// How much work there was.
 #[derive(Debug, Default)]
 pub struct Effort {
@@ -126,6 +162,8 @@ pub struct Judge {
     /// Length, divisor and number of pixels, across and down.
     sides: [(f64, u32, u32); 2],
     setting: Setting,
+    /// See [`CONTRACT_BITS`].
+    contract_bits: i64,
     axes: Vec<OnceLock<Axes<Fixed>>>,
     /// How much work there was.
     pub effort: Effort,
@@ -181,6 +219,7 @@ impl Judge {
             far: camera.far,
             sides,
             setting,
+            contract_bits: CONTRACT_BITS,
             axes: (0..STEPS).map(|_| OnceLock::new()).collect(),
             effort: Effort::default(),
         };
@@ -215,25 +254,29 @@ impl Judge {
             .collect()
     }
 
-    /// Whether the depth at which sphere `id` is seen at a pixel certainly does not lie outside `low ..= high`.
-    pub fn depth_within(&self, column: u32, row: u32, id: i32, low: f64, high: f64) -> bool {
-        let sphere = self.original(id as usize);
-        let Some(hit) = self.hit(column, row, sphere) else { return false };
-        // The order of the depth and a number that is finite; a tie, or what 4,096 places do not tell, is no fault.
-        let against = |bound: f64| {
-            let ray: Ray<Rough> = self.ray(column, row, ());
-            let quick =
-                self.rough_crossing(&ray, sphere).at(hit.root).minus(&Rough::exact(bound, ()).times(&ray.square));
-            quick.sign().or_else(|| {
-                (0..6).find_map(|step| {
-                    let places = FIRST_PLACES << step;
-                    let ray: Ray<Fixed> = self.ray(column, row, places);
-                    let bound = Fixed::exact(bound, places).times(&ray.square);
-                    self.crossing_at(&ray, sphere, step).at(hit.root).minus(&bound).sign()
-                })
-            })
-        };
-        against(low) != Some(Ordering::Less) && (high == f64::INFINITY || against(high) != Some(Ordering::Greater))
+    /// The exact distance at which a sphere is seen at a pixel, whatever hides it; none if its ray does not meet it in the clip range.
+    pub fn distance(&self, column: u32, row: u32, id: i32) -> Option<Distance> {
+        let sphere = self.original(usize::try_from(id).ok()?);
+        let hit = self.hit(column, row, sphere)?;
+        let separation = self.setting.depth(&[self.body(sphere)]).separation(2 * self.setting.degree);
+        for step in 0..STEPS {
+            let ray: Ray<Fixed> = self.ray(column, row, FIRST_PLACES << step);
+            let times_square = self.crossing_at(&ray, sphere, step).at(hit.root);
+            if times_square.sign() == Some(Ordering::Equal) || times_square.within(-separation) {
+                return Some(Distance(Fixed::exact(0.0, 0)));
+            }
+            let distance = times_square.over(&ray.square);
+            if distance.is_known_to(DISTANCE_BITS) {
+                return Some(Distance(distance));
+            }
+        }
+        panic!("pixel ({column}, {row}): {} places do not tell the distance", FIRST_PLACES << (STEPS - 1));
+    }
+
+    /// Decides whatever the contract leaves open: where numbers on irrational axes agree in thousands of bits and differ, by what they are.
+    pub fn to_the_last_bit(mut self) -> Self {
+        self.contract_bits = i64::MAX / 2;
+        self
     }
 
     /// The first sphere of the same numbers.
@@ -421,7 +464,7 @@ impl Judge {
                 }
                 Some(sign) => {
                     assert!(
-                        self.setting.degree == 1 || !value.within(size.bound - CONTRACT_BITS),
+                        self.setting.degree == 1 || !value.within(size.bound - self.contract_bits),
                         "pixel ({column}, {row}): two quantities agree in {CONTRACT_BITS} bits and differ; the contract \
                          does not say which is less, so this scene is no test"
                     );
