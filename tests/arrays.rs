@@ -876,6 +876,15 @@ fn write_many(folder: &Path, suffix: &str, seed: u64) {
     save(format!("r.npy{suffix}"), array("<f8", &[MANY], &radii));
 }
 
+/// How long the program takes when nothing happens.
+fn duration(arguments: &[&str]) -> Duration {
+    let folder = many(1);
+    let start = Instant::now();
+    let arguments = [&["render", "scene.toml", "--device", "cpu"], arguments].concat();
+    assert!(run(folder.path(), &arguments).status.success());
+    start.elapsed()
+}
+
 fn random(seed: u64) -> impl FnMut() -> u64 {
     let mut state = seed;
     move || {
@@ -931,17 +940,19 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
         fs::read(folder.path().join("out.png")).unwrap()
     };
     let old = pictures(1, None);
+    let whole = duration(&["-o", "out.png"]);
     let (mut told, mut drawn) = (0, 0);
     for name in ["c.npy", "r.npy"] {
         let new = pictures(1, Some(name));
         assert_ne!(old, new);
         for (round, (what, deed)) in deeds.into_iter().enumerate() {
-            for wait in [40, 150, 300] {
+            for part in [0.3, 0.6, 0.9] {
+                let wait = whole.mul_f64(part + 0.01 * round as f64);
                 let folder = many(1);
                 write_many(folder.path(), ".new", 101);
                 let arguments = ["render", "scene.toml", "-o", "out.png", "--device", "cpu"];
                 let child = planisphere(folder.path(), &arguments).spawn().unwrap();
-                sleep(Duration::from_millis(wait + 7 * round as u64));
+                sleep(wait);
                 deed(&folder.path().join(name));
                 let output = ended(child, what);
                 let said = words(&output);
@@ -953,7 +964,7 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
                         // others.
                         let known =
                             picture == old || what == "renamed over" && picture == new || what == "other numbers";
-                        assert!(known, "{name} {what} after {wait} ms: a mixture");
+                        assert!(known, "{name} {what} after {wait:?}: a mixture");
                         drawn += 1;
                     }
                     Some(2) => {
@@ -961,7 +972,7 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
                         assert!(picture.is_none() && !said.contains("panicked"), "{name} {what}: {said}");
                         told += usize::from(said.contains("changed while it was in use"));
                     }
-                    code => panic!("{name} {what} after {wait} ms: {code:?}\n{said}"),
+                    code => panic!("{name} {what} after {wait:?}: {code:?}\n{said}"),
                 }
                 let left = fs::read_dir(folder.path()).unwrap().count();
                 assert!(left <= 6, "{name} {what}: {left} files");
@@ -995,6 +1006,8 @@ fn a_drawing_survives_any_numbers() {
     ];
     let mut random = random(3);
     let (mut told, mut slowest) = (0, Duration::ZERO);
+    let size = ["--size", "2500x2500", "--depth", "d.npy", "-o", "out.png"];
+    let whole = duration(&size);
     for round in 0..48 {
         let folder = many(2);
         let (what, number) = kinds[round / 2 % kinds.len()];
@@ -1002,11 +1015,9 @@ fn a_drawing_survives_any_numbers() {
         let path = folder.path().join(name);
         let length = fs::metadata(&path).unwrap().len() as usize - 128;
         let garbage: Vec<u8> = (0..length / 8).flat_map(|_| number(random()).to_le_bytes()).collect();
-        let size = ["--size", "2500x2500"];
-        let arguments =
-            [&["render", "scene.toml", "-o", "out.png", "--device", "cpu", "--depth", "d.npy"], &size[..]].concat();
+        let arguments = [&["render", "scene.toml", "--device", "cpu"], &size[..]].concat();
         let child = planisphere(folder.path(), &arguments).spawn().unwrap();
-        sleep(Duration::from_millis(50 + random() % 600));
+        sleep(whole.mul_f64((random() % 100) as f64 / 100.0));
         let start = Instant::now();
         let mut file = fs::OpenOptions::new().write(true).open(&path).unwrap();
         file.seek(SeekFrom::Start(128)).unwrap();

@@ -193,7 +193,7 @@ fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -
             let Some(changed) = others.changed() else { continue };
             if at_work.recv_timeout(GRACE) == Err(RecvTimeoutError::Timeout) && !first.swap(true, Ordering::SeqCst) {
                 let failure = Failure::from(changed);
-                say(&failure.report(color_on_stderr()));
+                complain(&failure.report(color_on_stderr()));
                 signals::end_now(failure.exit_code());
             }
             return;

@@ -491,8 +491,10 @@ impl Array {
         }
         // Between 0 and 1, 1 is the brightest.
         let unit = !integers && self.first(&rgb, |(value, _)| value > 1.0).is_none();
-        let broken = || self.first(&rgb, |(value, exact)| value.fract() != 0.0 || !exact);
-        if let (false, false, Some(place)) = (integers, unit, broken()) {
+        if !integers
+            && !unit
+            && let Some(place) = self.first(&rgb, |(value, exact)| value.fract() != 0.0 || !exact)
+        {
             let fix =
                 "write integers from 0 to 255: how numbers between two of them are to be rounded is not decided here";
             return Err(refused(&place, "not an integer from 0 to 255 (and others are not from 0 to 1)", fix));

@@ -415,11 +415,11 @@ impl Number {
         let wide = u64::from_le_bytes(little[..8].try_into().expect("8 bytes"));
         match (self.kind, self.size) {
             (Kind::Bool, _) => (f64::from(u8::from(wide != 0)), true),
-            (Kind::Uint, _) => (wide as f64, (wide as f64) as u128 == u128::from(wide)),
+            (Kind::Uint, _) => (wide as f64, fits(wide)),
             (Kind::Int, size) => {
                 let unused = 64 - 8 * size as u32;
                 let value = ((wide << unused) as i64) >> unused;
-                (value as f64, (value as f64) as i128 == i128::from(value))
+                (value as f64, fits(value.unsigned_abs()))
             }
             (Kind::Float, 2) => (f16::from_bits(wide as u16).to_f64(), true),
             (Kind::Float, 4) | (Kind::Complex, 8) => (f64::from(f32::from_bits(wide as u32)), true),
@@ -427,6 +427,11 @@ impl Number {
             (Kind::LongDouble, _) => extended(wide, u16::from_le_bytes([little[8], little[9]])).unwrap_or((0.0, false)),
         }
     }
+}
+
+/// Whether a 64-bit float is the same integer: from its first bit to its last there are at most 53.
+fn fits(integer: u64) -> bool {
+    integer >> 53 == 0 || 64 - integer.leading_zeros() - integer.trailing_zeros() <= 53
 }
 
 /// A number of the x87's 80 bits: a 64-bit float next to it, and whether that is the number itself.
