@@ -144,8 +144,8 @@ pub fn extreme(seed: u64) -> Case {
                 match random.below(5) {
                     0 => center[k] = plus(center, DVec3::splat(LEAST))[k],
                     1 => {
-                        center[k] =
-                            plus(DVec3::splat(f64::from_bits(center[k].to_bits() + random.below(3))), DVec3::ZERO)[k]
+                        let next = f64::from_bits(center[k].to_bits() + random.below(3));
+                        center[k] = if next.is_finite() { next } else { center[k] };
                     }
                     2 => center = plus(center, exponents.point(random) * two_below(20 + random.below(40) as i64)),
                     3 if center[k] == 0.0 => center[k] = times_two_to(1.0, random.whole(-1074, 1000)).min(radius),
