@@ -93,6 +93,11 @@ fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
             }
             Err(error) => return Err(Refused::new(error.to_string(), "make the scene file readable")),
         };
+        let start = if text.is_empty() { &piece[..read] } else { &text[..] };
+        if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = *start {
+            let fix = "save it as UTF-8 (in PowerShell: `... | Set-Content -Encoding utf8 FILE`, not `> FILE`)";
+            return Err(Refused::new("is UTF-16 text, but a scene file is UTF-8", fix));
+        }
         if let Some(at) = piece[..read].iter().position(|&byte| byte == 0) {
             let words = format!("is not text: its byte {} is zero", text.len() + at);
             return Err(Refused::new(words, "name a scene file (TOML)"));

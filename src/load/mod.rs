@@ -110,10 +110,6 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     let from_stdin = path == Path::new("-");
     let name = if from_stdin { "<stdin>".into() } else { text::name(path) };
     let bytes = input::read(path).map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
-    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = *bytes {
-        let fix = "save it as UTF-8 (in PowerShell: `... | Set-Content -Encoding utf8 FILE`, not `> FILE`)";
-        return Err(LoadError::of_file(&name, "is UTF-16 text, but a scene file is UTF-8", fix));
-    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let byte = error.as_bytes().get(at).copied().unwrap_or_default();

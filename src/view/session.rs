@@ -142,7 +142,7 @@ fn set(name: &str) -> Option<OsString> {
 
 /// A value as one can print it.
 fn shown(value: &OsStr) -> String {
-    value.to_string_lossy().escape_debug().to_string()
+    crate::text::name(value)
 }
 
 /// Takes out of the environment what has no meaning for this window, and harms.

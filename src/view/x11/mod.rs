@@ -178,7 +178,7 @@ fn in_words(error: &ConnectError) -> String {
         ConnectError::InvalidScreen => "the server has no screen of this number".into(),
         ConnectError::SetupFailed(failed) => {
             let reason = String::from_utf8_lossy(&failed.reason);
-            format!("the server refuses the connection: {}", reason.trim().escape_debug())
+            format!("the server refuses the connection: {}", crate::text::visible(reason.trim()))
         }
         ConnectError::SetupAuthenticate(_) => "the server asks for more authorization".into(),
         ConnectError::ParseError(_) => "what answers is no X server".into(),
