@@ -218,7 +218,7 @@ fn extreme_scenes_are_the_judges() {
     for seed in corpus::seeds(0..400) {
         let case = corpus::extreme::extreme(seed);
         let region = Region::whole(case.view.image);
-        let judge = Judge::new(&case.scene, &case.view).to_the_last_bit();
+        let judge = Judge::new(&case.scene, &case.view).until_the_last_bit();
         let want = judge.ids(region);
         for (drawer, report) in drawers.iter_mut().zip(&mut reports) {
             let got = draw(drawer, &case.scene, &case.view, region, &case.name);

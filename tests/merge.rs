@@ -283,7 +283,7 @@ impl Findings {
         let Case { name, scene, view } = &case;
         let mut random = Random::new(seed ^ 0x5eed);
         let whole = Region::whole(view.image);
-        let judge = Judge::new(scene, view).to_the_last_bit();
+        let judge = Judge::new(scene, view).until_the_last_bit();
         let want = judge.ids(whole);
         let ids = device.draw(scene, view, whole).unwrap().ids;
         let differ = |a: &[i32], b: &[i32]| a.iter().zip(b).filter(|(a, b)| a != b).count();

@@ -400,8 +400,7 @@ impl<M: Mode> PaintTile<'_, M> {
             if self.depths.farthest < grid.slab_start(slab) {
                 break;
             }
-            self.densest::<L, PERSPECTIVE>(entries, place);
-            for some in entries.chunks(FRESH) {
+            for some in [self.first(entries), entries].into_iter().flat_map(|entries| entries.chunks(FRESH)) {
                 if self.painter.cancel.is_cancelled() {
                     return;
                 }
@@ -414,6 +413,18 @@ impl<M: Mode> PaintTile<'_, M> {
                 self.freshen::<L, PERSPECTIVE>(place);
             }
         }
+    }
+
+    /// Where very many spheres are listed, the one that begins nearest: where they all but coincide, it may hold all others.
+    #[inline]
+    fn first<'e>(&self, entries: &'e [Entry]) -> &'e [Entry] {
+        /// Shorter lists are as soon drawn in any order.
+        const MANY: usize = 1 << 12;
+        if entries.len() < MANY {
+            return &[];
+        }
+        let nearest = |entry: &&Entry| entry.sphere.nearest();
+        entries.iter().min_by(|a, b| nearest(a).total_cmp(&nearest(b))).map_or(&[], std::slice::from_ref)
     }
 
     /// The spheres of groups, nearest groups first.
@@ -496,8 +507,7 @@ impl<M: Mode> PaintTile<'_, M> {
 
     #[inline(always)]
     fn entry<L: Lanes, const PERSPECTIVE: bool>(&mut self, entry: &Entry, cut: bool, place: &Place<'_>) {
-        let crowded = self.state.is_crowded();
-        if crowded && self.drawn.hide(place.ball(entry.index), entry.index) {
+        if self.state.is_crowded() && self.is_hidden(entry, cut, place) {
             return;
         }
         let [left, right, top, bottom] = entry.window.map(usize::from);
@@ -505,24 +515,18 @@ impl<M: Mode> PaintTile<'_, M> {
         self.sums.tests += ((right / LANES - left / LANES + 1) * LANES * (bottom - top + 1)) as u64;
         let Entry { sphere, index, .. } = entry;
         self.state.draw::<L, PERSPECTIVE, M>(place, *index, sphere, cut, [left, right], top..bottom + 1);
-        if crowded {
-            self.drawn.add(Known { ball: place.ball(*index), index: *index, cut });
-        }
     }
 
-    /// Where very many spheres are listed, the one that begins nearest comes first: where they all but coincide, it may hold all others.
-    #[inline(always)]
-    fn densest<L: Lanes, const PERSPECTIVE: bool>(&mut self, entries: &[Entry], place: &Place<'_>) {
-        /// Shorter lists are as soon drawn in any order.
-        const MANY: usize = 1 << 12;
-        if entries.len() < MANY {
-            return;
+    /// Where spheres all but coincide: whether those that were drawn before hide this one. If not, it is one of them from now on.
+    #[cold]
+    #[inline(never)]
+    fn is_hidden(&mut self, entry: &Entry, cut: bool, place: &Place<'_>) -> bool {
+        let (ball, index) = (place.ball(entry.index), entry.index);
+        let hidden = self.drawn.hide(ball, index);
+        if !hidden {
+            self.drawn.add(Known { ball, index, cut });
         }
-        let nearest = |entry: &&Entry| entry.sphere.nearest();
-        let first = entries.iter().min_by(|a, b| nearest(a).total_cmp(&nearest(b)));
-        if let Some(first) = first.filter(|first| self.without != Some(first.index)) {
-            self.entry::<L, PERSPECTIVE>(first, self.painter.binner.projector.cuts(&first.sphere), place);
-        }
+        hidden
     }
 
     /// Brings the farthest depth of the blocks up to date.

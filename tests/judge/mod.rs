@@ -114,7 +114,7 @@ impl Distance {
     /// Whether bounds hold it, neither of them infinite, but for the upper one of a distance that no f64 reaches, or all but.
     pub fn has_bounds(&self, [low, high]: [f64; 2]) -> bool {
         let reached = high < f64::INFINITY || self.is_between(f64::MAX * (1.0 - 2f64.powi(-37)), high);
-        low >= 0.0 && low < f64::INFINITY && self.is_between(low, high) && reached
+        (0.0..f64::INFINITY).contains(&low) && self.is_between(low, high) && reached
     }
 
     /// Whether a depth in f32 is within so many units in the last place of it. What no f32 reaches is the largest f32.
@@ -274,7 +274,7 @@ impl Judge {
     }
 
     /// Decides whatever the contract leaves open: where numbers on irrational axes agree in thousands of bits and differ, by what they are.
-    pub fn to_the_last_bit(mut self) -> Self {
+    pub fn until_the_last_bit(mut self) -> Self {
         self.contract_bits = i64::MAX / 2;
         self
     }
