@@ -163,8 +163,10 @@ fn children_end_with_the_measurement() {
     }
 }
 
+/// `nohup` ignores SIGHUP for what it starts, and shells ignore SIGINT for what they start in the background: so that the terminal's
+/// does not reach it. Who sends one to such a process means it.
 #[test]
-fn an_ignored_signal_stays_ignored() {
+fn an_ignored_signal_stays_ignored_unless_an_interrupt_is_sent() {
     let folder = folder();
     let script = "trap '' HUP INT; exec $P render cloud/scene.toml -o out.png --size 3000x2000 --device cpu";
     let mut command = Command::new("sh");
@@ -172,10 +174,16 @@ fn an_ignored_signal_stays_ignored() {
     let mut child = command.spawn().unwrap();
     sleep(Duration::from_millis(300));
     signal(&child, Signal::HUP);
-    signal(&child, Signal::INT);
     let status = wait(&mut child, Duration::from_secs(120), script);
     assert!(status.success(), "{status}");
     assert!(image::open(folder.path().join("out.png")).is_ok());
+
+    let script = "$P render cloud/scene.toml -o none --ids i.npy --size 16000x12000 --device cpu & \
+                  sleep 0.2; kill -INT $!; wait $!; test $? = 130";
+    let start = Instant::now();
+    let output = shell(folder.path(), script);
+    assert!(output.status.success() && start.elapsed() < Duration::from_secs(4), "{output:?}");
+    assert!(!folder.path().join("i.npy").exists() && litter(folder.path()).is_empty());
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Ends before their time: signals and panics. What must not be left behind is taken away first.
 
 /// Installs the handlers. Signals that whoever started the program has ignored (`nohup`) stay
-/// ignored.
+/// ignored, but for an interrupt that a process sends: shells ignore interrupts for what they start
+/// in the background, so that those of the terminal do not reach it.
 pub(super) fn install() {
     #[cfg(unix)]
     unix::install();
@@ -44,28 +45,49 @@ mod unix {
 
     pub(super) fn install() {
         for signal in SIGNALS {
-            handle(signal, end as *const () as usize);
+            let handled = handle(signal, end as *const () as usize);
+            if !handled && matches!(signal, libc::SIGINT | libc::SIGQUIT) {
+                set(signal, end_if_sent as *const () as usize, libc::SA_SIGINFO);
+            }
         }
         // A file beyond the limit (`ulimit -f`) is then an error of writing, in words. Ignored
         // would do as well, but children would inherit that.
         handle(libc::SIGXFSZ, nothing as *const () as usize);
     }
 
-    /// Sets a handler, unless the signal is ignored.
-    fn handle(signal: libc::c_int, handler: usize) {
+    /// Sets a handler, unless the signal is ignored. Whether it did.
+    fn handle(signal: libc::c_int, handler: usize) -> bool {
+        // SAFETY: all zero bytes are a valid `sigaction`; the pointer is to a whole value.
+        let ignored = unsafe {
+            let mut old: libc::sigaction = mem::zeroed();
+            libc::sigaction(signal, ptr::null(), &raw mut old) != 0 || old.sa_sigaction == libc::SIG_IGN
+        };
+        if !ignored {
+            set(signal, handler, 0);
+        }
+        !ignored
+    }
+
+    fn set(signal: libc::c_int, handler: usize, flags: libc::c_int) {
         // SAFETY: all zero bytes are a valid `sigaction`; the pointers are to whole values; the
         // handlers below make only system calls that POSIX allows in one. (They run on the thread's
         // own stack: Rust's stack for signals is short.)
         unsafe {
-            let mut old: libc::sigaction = mem::zeroed();
-            if libc::sigaction(signal, ptr::null(), &raw mut old) != 0 || old.sa_sigaction == libc::SIG_IGN {
-                return;
-            }
             let mut new: libc::sigaction = mem::zeroed();
             new.sa_sigaction = handler;
-            new.sa_flags = libc::SA_RESTART;
+            new.sa_flags = libc::SA_RESTART | flags;
             libc::sigemptyset(&raw mut new.sa_mask);
             libc::sigaction(signal, &raw const new, ptr::null_mut());
+        }
+    }
+
+    /// Ends the process if another one asks for it, and not the terminal.
+    extern "C" fn end_if_sent(signal: libc::c_int, from: *const libc::siginfo_t, _: *const libc::c_void) {
+        // SAFETY: the system gives a whole value to handlers that are set with `SA_SIGINFO`.
+        let code = unsafe { (*from).si_code };
+        // What processes send has a code of 0 or less, what the system sends more.
+        if code <= 0 {
+            end(signal);
         }
     }
 
