@@ -181,6 +181,13 @@ impl Drop for Program {
     }
 }
 
+/// The size of a window.
+fn size_of(server: &XServer, window: &str) -> [u32; 2] {
+    let (connection, _) = RustConnection::connect(Some(&server.display)).unwrap();
+    let size = connection.get_geometry(window.parse().unwrap()).unwrap().reply().unwrap();
+    [size.width.into(), size.height.into()]
+}
+
 /// What the server holds in a window: its size; levels of red, green and blue; and how many levels
 /// there are.
 fn levels(server: &XServer, window: &str) -> ([u32; 2], Vec<[u32; 3]>, [u32; 3]) {
@@ -188,7 +195,6 @@ fn levels(server: &XServer, window: &str) -> ([u32; 2], Vec<[u32; 3]>, [u32; 3])
     let (setup, window) = (connection.setup(), window.parse().unwrap());
     let size = connection.get_geometry(window).unwrap().reply().unwrap();
     let (width, height) = (usize::from(size.width), usize::from(size.height));
-    // In parts: a server without large requests also has a limit to its answers.
     let root = &setup.roots[screen];
     let visuals = root.allowed_depths.iter().flat_map(|depth| &depth.visuals);
     let visual = visuals.into_iter().find(|visual| visual.visual_id == root.root_visual).unwrap();
@@ -212,7 +218,7 @@ fn levels(server: &XServer, window: &str) -> ([u32; 2], Vec<[u32; 3]>, [u32; 3])
 
 /// Waits until a window shows the picture that `render` draws, as near as the screen's levels come.
 fn shows(program: &Program, server: &XServer, window: &str) {
-    let (size, ..) = levels(server, window);
+    let size = size_of(server, window);
     let wanted = program.render(size);
     let start = Instant::now();
     loop {
@@ -451,7 +457,7 @@ fn scales_without_sense_change_nothing() {
             command.env("DISPLAY", &server.display).env("WINIT_X11_SCALE_FACTOR", value)
         });
         let window = program.focused(&server);
-        assert_eq!(levels(&server, &window).0, [320, 256], "{value}");
+        assert_eq!(size_of(&server, &window), [320, 256], "{value}");
         let said = program.up_and_quit(&server);
         let noted = said.contains(&format!("note: WINIT_X11_SCALE_FACTOR is {value}, which is no scale"));
         assert_eq!(noted, !["", "randr", "2"].contains(&value), "{value}: {said}");
@@ -465,7 +471,7 @@ fn scales_without_sense_change_nothing() {
         connection.change_property8(PropMode::REPLACE, root, name, kind, resource.as_bytes()).unwrap().check().unwrap();
         let mut program = Program::on(&server, SCENE);
         let window = program.focused(&server);
-        assert_eq!(levels(&server, &window).0, [320, 256], "{value}");
+        assert_eq!(size_of(&server, &window), [320, 256], "{value}");
         program.up_and_quit(&server);
     }
 }
@@ -479,7 +485,7 @@ fn screens_of_every_depth_show_it_or_say_what_they_lack() {
         shows(&program, &server, &window);
         // An odd width, so that rows are padded.
         server.xdotool(&["windowsize", &window, "333", "211"]);
-        wait_for("the size", || (levels(&server, &window).0 == [333, 211]).then_some(()));
+        wait_for("the size", || (size_of(&server, &window) == [333, 211]).then_some(()));
         shows(&program, &server, &window);
         program.up_and_quit(&server);
     }
@@ -517,7 +523,7 @@ fn pictures_of_any_size_go_through_every_connection() {
         for size in sizes {
             server.xdotool(&["windowsize", &window, size[0], size[1]]);
             let numbers = size.map(|side| side.parse().unwrap());
-            wait_for("the size", || (levels(&server, &window).0 == numbers).then_some(()));
+            wait_for("the size", || (size_of(&server, &window) == numbers).then_some(()));
             shows(&program, &server, &window);
         }
         program.up_and_quit(&server);
@@ -545,7 +551,7 @@ fn pictures_come_where_memory_cannot_be_shared() {
         let mut program = Program::view(SCENE, |command| set(command.env("DISPLAY", &name)));
         let window = program.focused(&server);
         server.xdotool(&["windowsize", &window, "1200", "1000"]);
-        wait_for("the size", || (levels(&server, &window).0 == [1200, 1000]).then_some(()));
+        wait_for("the size", || (size_of(&server, &window) == [1200, 1000]).then_some(()));
         shows(&program, &server, &window);
         program.up_and_quit(&server);
     }
