@@ -3,6 +3,9 @@
 //! A frame writes what the frame before wrote: ids, tiles, lists. Where another core has these lines changed in its cache, a write waits for
 //! them: measured on two cores, filling 4 MB took 65 us with the halves as they were, and 170 us with the halves exchanged. So each thread
 //! begins with pieces of its own, the same ones each time, and helps others when it is through.
+//!
+//! **No rayon inside of a lock, a `OnceLock` or a borrow of a `thread_local`.** A thread that waits there for others takes up
+//! whatever work there is meanwhile, another drawing included: that asks for the same lock, and waits for itself for ever.
 
 use std::{
     ops::Range,
