@@ -263,7 +263,8 @@ fn cancels(choice: DeviceChoice) {
             ended.duration_since(asked)
         });
         // A quarter of a second on a machine that has nothing else to do.
-        assert!(spent < Duration::from_secs(3), "ended {spent:?} after it was cancelled");
+        let limit = Duration::from_secs(if cfg!(debug_assertions) { 60 } else { 3 });
+        assert!(spent < limit, "ended {spent:?} after it was cancelled");
     }
     let cancelled = Cancel::new();
     cancelled.cancel();
