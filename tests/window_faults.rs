@@ -337,7 +337,7 @@ fn wayland_that_leads_nowhere_leaves_x() {
     for (variable, value) in cases.chain(sockets.iter().map(|value| ("WAYLAND_SOCKET", value))) {
         let mut program = Program::view(SCENE, |command| command.env("DISPLAY", &server.display).env(variable, value));
         let said = program.up_and_quit(&server);
-        let shown = value.escape_debug();
+        let shown = planisphere::text::name(value);
         assert!(said.contains(&format!("note: {variable} is {shown}: ")), "{variable}={value}: {said}");
         assert!(said.contains("; the window is opened on DISPLAY instead\n"), "{variable}={value}: {said}");
     }
