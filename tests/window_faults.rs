@@ -748,3 +748,96 @@ fn wayland_shows_it_and_may_go_away() {
     program.lost("the Wayland compositor does not answer any more");
     program.no_litter();
 }
+
+/// A NumPy array of points within a cube of side 1, large enough to be mapped.
+fn points(count: usize, seed: u64) -> Vec<u8> {
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({count}, 3), }}");
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(format!("{header:<117}\n").bytes());
+    let mut bits = seed;
+    for _ in 0..3 * count {
+        bits = bits.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        bytes.extend(((bits >> 11) as f64 / (1u64 << 53) as f64).to_le_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn arrays_that_change_leave_the_last_picture() {
+    let server = XServer::new(&SCREEN);
+    let scene = "[image]\nwidth = 300\nheight = 200\n[[spheres]]\ncenters = \"c.npy\"\nradius = 0.01\n";
+    type Change = fn(&Path);
+    let changes: [Change; 4] = [
+        |path| fs::write(path, points(100, 2)).unwrap(),
+        |path| fs::write(path, points(50_000, 3)).unwrap(),
+        |path| File::options().write(true).open(path).unwrap().set_len(4096).unwrap(),
+        |path| {
+            // One number in the middle.
+            let mut bytes = fs::read(path).unwrap();
+            bytes[700_000..700_008].copy_from_slice(&f64::NAN.to_le_bytes());
+            fs::write(path, bytes).unwrap();
+        },
+    ];
+    for change in changes {
+        let array = tempfile::tempdir().unwrap();
+        let path = array.path().join("c.npy");
+        fs::write(&path, points(50_000, 1)).unwrap();
+        let scene = scene.replace("c.npy", path.to_str().unwrap());
+        let mut program = Program::on(&server, &scene);
+        let window = program.focused(&server);
+        let first = program.render([300, 200]);
+        shows(&program, &server, &window);
+        change(&path);
+        server.xdotool(&["key", "o"]);
+        let title = wait_for("the title", || {
+            assert!(program.process.try_wait().unwrap().is_none(), "it ended: {}", program.stderr());
+            let title = server.xdotool(&["getwindowname", &window]);
+            title.contains("has changed on the disk").then_some(title)
+        });
+        assert!(!title.contains("picture 2"), "{title}");
+        for key in ["f", "o", "s", "r"] {
+            server.xdotool(&["key", key]);
+        }
+        wait_for("the screenshot's refusal", || program.stderr().contains("no screenshot was saved").then_some(()));
+        let (_, found, most) = levels(&server, &window);
+        assert_eq!(most, [255; 3]);
+        assert!(found.iter().zip(&first).all(|(levels, color)| levels.map(|level| level as u8) == *color));
+        let said = program.up_and_quit(&server);
+        assert_eq!(said.matches("c.npy").count(), 1, "{said}");
+        assert!(said.contains("the window keeps its last picture"), "{said}");
+        program.no_litter();
+    }
+    // A file that is written beside and renamed over is none that changes.
+    let array = tempfile::tempdir().unwrap();
+    let [path, beside] = ["c.npy", "d.npy"].map(|name| array.path().join(name));
+    fs::write(&path, points(50_000, 1)).unwrap();
+    let mut program = Program::on(&server, &scene.replace("c.npy", path.to_str().unwrap()));
+    let window = program.focused(&server);
+    shows(&program, &server, &window);
+    fs::write(&beside, points(50_000, 2)).unwrap();
+    fs::rename(&beside, &path).unwrap();
+    server.xdotool(&["key", "o"]);
+    wait_for("a second picture", || server.xdotool(&["getwindowname", &window]).contains("picture 2").then_some(()));
+    let said = program.up_and_quit(&server);
+    assert!(!said.contains("error"), "{said}");
+}
+
+#[test]
+fn an_array_that_changes_cuts_a_long_picture_short() {
+    let server = XServer::new(&SCREEN);
+    let array = tempfile::tempdir().unwrap();
+    let path = array.path().join("c.npy");
+    fs::write(&path, points(50_000, 1)).unwrap();
+    let block = format!("[[spheres]]\ncenters = \"{}\"\nradius = 0.01\n", path.display());
+    let mut program = Program::on(&server, &(endless() + &block));
+    let window = program.focused(&server);
+    sleep(Duration::from_millis(500));
+    let title = || server.xdotool(&["getwindowname", &window]);
+    assert!(title().contains("picture 0 "), "this scene is no longer slow enough for this test: {}", title());
+    fs::write(&path, points(50_000, 2)).unwrap();
+    let start = Instant::now();
+    wait_for("the title", || title().contains("has changed on the disk").then_some(()));
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    let said = program.up_and_quit(&server);
+    assert!(said.contains("c.npy") && said.contains("the window keeps its last picture"), "{said}");
+}

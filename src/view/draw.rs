@@ -7,7 +7,11 @@ use std::{
     any::Any,
     io,
     panic::{self, AssertUnwindSafe},
-    sync::mpsc::{self, Sender},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, Sender},
+    },
     thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
@@ -23,6 +27,9 @@ use crate::{
 
 /// How long a thread is waited for at the end; without a picture under way it ends at once.
 const LEAVE: Duration = Duration::from_millis(300);
+
+/// How often arrays are looked at while a picture is drawn.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A picture.
 pub(super) struct Frame {
@@ -65,9 +72,14 @@ impl Painter {
         let (jobs, queue) = mpsc::channel();
         let cancel = Cancel::new();
         device.cancel_on(&cancel);
+        let drawing = Arc::<AtomicBool>::default();
+        look(&loaded, &drawing, cancel.clone());
         let thread = thread::Builder::new().name("drawing".into()).spawn(move || {
             while let Ok(view) = queue.recv() {
-                done(draw_unless_changed(&mut device, &loaded, view));
+                drawing.store(true, Ordering::Relaxed);
+                let drawn = draw_unless_changed(&mut device, &loaded, view);
+                drawing.store(false, Ordering::Relaxed);
+                done(drawn);
             }
         })?;
         Ok(Self { jobs, thread, cancel })
@@ -102,13 +114,35 @@ pub(super) fn arrays_changed(loaded: &Loaded) -> Option<String> {
     loaded.watch.changed().map(|changed| changed.to_string())
 }
 
+/// Cancels, by another thread, the picture under way while which an array changes: one of changed
+/// numbers can take for ever. Where there is no thread to be had, it is not cut short.
+fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, cancel: Cancel) {
+    if loaded.watch.is_empty() {
+        return;
+    }
+    let (loaded, drawing) = (loaded.clone(), Arc::downgrade(drawing));
+    let _ = thread::Builder::new().name("looking at arrays".into()).spawn(move || {
+        while let Some(drawing) = drawing.upgrade() {
+            if drawing.load(Ordering::Relaxed) && arrays_changed(&loaded).is_some() {
+                // No other picture can be drawn after it.
+                return cancel.cancel();
+            }
+            drop(drawing);
+            thread::sleep(LOOK);
+        }
+    });
+}
+
 /// Draws; whatever comes of it is worth nothing if an array has changed by then.
 fn draw_unless_changed(device: &mut Device, loaded: &Loaded, view: View) -> Drawn {
+    if let Some(words) = arrays_changed(loaded) {
+        return Drawn::Changed(words);
+    }
     let drawn = panic::catch_unwind(AssertUnwindSafe(|| draw(device, loaded, view)));
     match (arrays_changed(loaded), drawn) {
         (Some(words), _) => Drawn::Changed(words),
         (None, Ok(Ok(frame))) => Drawn::Frame(frame),
-        // Only the end of the window cancels a picture, and nobody is there then to be told.
+        // Only a change, or the end of the window, cancels a picture; nobody is told of the latter.
         (None, Ok(Err(error))) => Drawn::Failed(error),
         (None, Err(payload)) => Drawn::Panicked(payload),
     }
