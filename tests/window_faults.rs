@@ -522,7 +522,7 @@ fn pictures_of_any_size_go_through_every_connection() {
         let window = program.focused(&server);
         for size in sizes {
             server.xdotool(&["windowsize", &window, size[0], size[1]]);
-            let numbers = size.map(|side| side.parse().unwrap());
+            let numbers = size.map(|side| side.parse::<u32>().unwrap());
             wait_for("the size", || (size_of(&server, &window) == numbers).then_some(()));
             shows(&program, &server, &window);
         }
