@@ -5,7 +5,7 @@
 //! rule of a picture drawn at once, and it is a minimum: the order of the parts does not matter.
 //!
 //! **What is read is not believed.** A part has the exact numbers of all spheres that are seen in it, and from these everything that
-//! settles a pixel is worked out anew: for each sphere the box of pixels and depths that it cannot leave ([`Slot`]), which is enough at
+//! settles a pixel is worked out anew: for each sphere the box of pixels and depths that it cannot leave (`Slot`), which is enough at
 //! most pixels; where the boxes of two overlap, the filter's bounds of both at the pixel; and where these do, the exact order. What a
 //! file says of a distance must agree with each of them, or the part is refused. So no bound that is false, whichever program wrote
 //! it, can change a picture: it is found out, or it does not matter. (That a part leaves out what it saw cannot be told from the part.)

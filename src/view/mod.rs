@@ -112,7 +112,7 @@ impl Display {
     /// missing.
     ///
     /// # Safety
-    /// No other thread may use the environment meanwhile other than through [`std::env`]: variables
+    /// No other thread may use the environment meanwhile other than through `std::env`: variables
     /// that lead astray are taken out of it.
     pub unsafe fn open(say: fn(&str)) -> Result<Self, ViewError> {
         // SAFETY: as the caller promises.
