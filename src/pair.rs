@@ -27,7 +27,8 @@
 //! * The last sums and differences round by at most `3 u (2 N A R + A |rho| R)`.
 //!
 //! In all `E = 96 u A sqrt A N R + N (sqrt A (W_1 + W_2) + 3 A D) + 20 u A |rho| R`, for which `79`, `2.83` and `15` are needed;
-//! parallel rays have `A = 1` and need less. `FLOOR` is added for products that underflow.
+//! parallel rays have `A = 1` and need less. Centres are apart by [`LEAST`] or not at all, so that what underflows on the way to
+//! `delta.dir` and `delta x dir` is below `u N`; `FLOOR` is added for what underflows in the last products.
 
 use glam::DVec3;
 
@@ -40,6 +41,9 @@ use crate::{
 
 /// Spheres whose centres and radii together differ by more than this part of `R` are told apart by their places.
 const NEAR: f64 = 0.125;
+
+/// Centres that are less apart than this, and not the same, are told apart by their places: below it, products are subnormal.
+const LEAST: f64 = f64::from_bits((1023 - 900) << 52);
 
 /// A sphere of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -88,11 +92,16 @@ impl Pair {
     #[inline(always)]
     pub fn new<const PERSPECTIVE: bool>(one: Ball, other: Ball, projector: &Projector) -> Option<Self> {
         let scale = projector.scale;
-        let delta = (one.center - other.center) * scale;
+        let difference = one.center - other.center;
+        let delta = difference * scale;
         let (rho, sum) = ((one.radius - other.radius) * scale, one.radius * scale + other.radius * scale);
         // A length whose squares do not underflow, or more than it.
         let sides = delta.x.abs() + delta.y.abs() + delta.z.abs();
         let apart = if sides > 1e-100 { delta.length() } else { sides };
+        // What turning and scaling makes subnormal is not known to a part of itself any more.
+        if difference != DVec3::ZERO && !(sides >= LEAST) {
+            return None;
+        }
         if !near(&one, &other) || one == other {
             return None;
         }

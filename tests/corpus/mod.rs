@@ -360,6 +360,18 @@ fn coincident(corpus: &mut Corpus) {
             }
         }
     }
+    // Apart by the least number of all, which no product leaves as it is, and far larger than that.
+    for power in [126, 200, 280] {
+        let s = two_to(power);
+        let pair = scene(&[ball([s, 0.0, s], s), ball([s, two_to(-1074), s], s)]);
+        for (projection, word) in BOTH {
+            let mut camera = Grid { origin: DVec3::new(s, 0.0, 0.5 * s), ..Grid::new(6) }.camera(projection);
+            (camera.view, camera.up) = (DVec3::new(2.0, 0.0, -1.0), DVec3::new(1.0, -1.0, 0.0));
+            let size = if projection == Projection::Perspective { 1.0 } else { s };
+            camera.size = ScreenSize::Both { width: 0.1 * size, height: 5.0 * size };
+            corpus.add(format!("apart by 2^-1074 at 2^{power}, {word}"), &pair, camera, pixels(6, 5));
+        }
+    }
     // Two bundles whose seam is a line in the picture.
     let spheres = [
         ball([-0.3, 0.0, 0.0], 1.0),
