@@ -27,7 +27,7 @@
 //! * The last sums and differences round by at most `3 u (2 N A R + A |rho| R)`.
 //!
 //! In all `E = 96 u A sqrt A N R + N (sqrt A (W_1 + W_2) + 3 A D) + 20 u A |rho| R`, for which `79`, `2.83` and `15` are needed;
-//! parallel rays have `A = 1` and need less. Centres are apart by [`LEAST`] or not at all, so that what underflows on the way to
+//! parallel rays have `A = 1` and need less. Centres are apart by `LEAST` or not at all, so that what underflows on the way to
 //! `delta.dir` and `delta x dir` is below `u N`; `FLOOR` is added for what underflows in the last products.
 
 use glam::DVec3;
