@@ -127,13 +127,13 @@ second=
 failed=0
 
 # All of them, also after one has failed.
-cargo test --release --all-features --locked --no-fail-fast "$@" || failed=1
+cargo test --release --workspace --all-features --locked --no-fail-fast "$@" || failed=1
 
 # What draws on a GPU, once more. The expected name keeps the loader from quietly taking another driver.
 if [[ -n "$second" ]]; then
     on_second() {
         VK_DRIVER_FILES=$second PLANISPHERE_EXPECT_ADAPTER=${PLANISPHERE_EXPECT_ADAPTER:-SwiftShader} \
-            cargo test --release --all-features --locked --no-fail-fast "$@" || failed=1
+            cargo test --release --workspace --all-features --locked --no-fail-fast "$@" || failed=1
     }
     say "once more, on the driver of $second"
     on_second --test gpu
