@@ -1,4 +1,5 @@
-//! Micro-benchmarks of the hot loops: `cargo bench`. Whole pictures and processes are `planisphere bench`.
+//! Micro-benchmarks of the hot loops: `cargo bench`. Whole pictures and processes are `planisphere
+//! bench`.
 
 use divan::{Bencher, counter::ItemsCount};
 use planisphere::{
@@ -65,17 +66,21 @@ fn lists(bencher: Bencher, count: usize) {
     let truth = Truth::new(&view, made.scene.bounds());
     let binner = Binner::new(&made.scene, &truth, Region::whole(IMAGE), 5);
     let mut workspace = Workspace::<Entry>::default();
-    bencher
-        .counter(ItemsCount::new(count))
-        .bench_local(|| binner.lists(&mut split(0..count), &KeepAll, usize::MAX, &mut workspace).entries.len());
+    bencher.counter(ItemsCount::new(count)).bench_local(|| {
+        binner.lists(&mut split(0..count), &KeepAll, usize::MAX, &mut workspace).entries.len()
+    });
 }
 
 /// A whole picture on the CPU; per test of a sphere at a pixel.
-#[divan::bench(args = [Kind::Uniform, Kind::Lattice, Kind::Twice, Kind::Coincident, Kind::HotPixel])]
+#[divan::bench(args = [
+    Kind::Uniform, Kind::Lattice, Kind::Twice, Kind::Coincident, Kind::HotPixel,
+])]
 fn picture(bencher: Bencher, kind: Kind) {
     let (made, view) = made(kind, 10_000, Projection::Orthographic);
     let mut cpu = Cpu::default();
-    let draw = |cpu: &mut Cpu| cpu.draw(&made.scene, &view, Region::whole(IMAGE)).expect("memory suffices");
+    let draw = |cpu: &mut Cpu| {
+        cpu.draw(&made.scene, &view, Region::whole(IMAGE)).expect("memory suffices")
+    };
     let tests = draw(&mut cpu).counts.tests;
     bencher.counter(ItemsCount::new(tests)).bench_local(|| draw(&mut cpu).ids.len());
 }
@@ -108,7 +113,8 @@ fn decide(bencher: Bencher, hardness: Hardness) {
     let bounds = Scene::from_spheres(&[]).expect("an empty scene").bounds();
     let truth = Truth::new(&view, bounds);
     bencher.bench_local(|| {
-        let spheres = divan::black_box(balls).into_iter().zip(0..).map(|(ball, index)| (index, ball));
+        let spheres =
+            divan::black_box(balls).into_iter().zip(0..).map(|(ball, index)| (index, ball));
         truth.pixel(4, 4).nearest(spheres, &mut Tally::default())
     });
 }

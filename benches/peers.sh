@@ -1,26 +1,27 @@
 #!/usr/bin/env bash
-# Measures planisphere's CPU device side by side with other programs that draw spheres: the same arrays, the same view, the
-# same machine, in turn.
+# Measures planisphere's CPU device side by side with other programs that draw spheres: the same
+# arrays, the same view, the same machine, in turn.
 #
 #   benches/peers.sh                      1e3 to 1e6 spheres
 #   benches/peers.sh --max 1e7            and 1e7
 #   benches/peers.sh --runs 9 --frames 9  more repetitions
 #
-# The scene: equal spheres at random places in a unit cube, 7 % of its volume, seen obliquely by parallel rays, 1024 x 1024.
-# Embree 3 (ray packets marked as coherent, all cores; benches/peers/embree.cpp) writes the id array as planisphere does. It is
-# given the spheres in three ways, each built in low and in medium quality:
-#   points   its own sphere points: the usual way, and the slowest
-#   spheres  one user geometry with a primitive for each sphere, and a callback of 16 rays at once (AVX-512; 8 with AVX2)
-#   groups   one user geometry with a primitive for each 8 neighbours along a Morton curve, and the same callback
-# Tachyon and POV-Ray cannot: they read a scene text and write an uncompressed picture, without shading or shadows.
+# The scene: equal spheres at random places in a unit cube, 7 % of its volume, seen obliquely by
+# parallel rays, 1024 x 1024. Embree 3 (ray packets marked as coherent, all cores;
+# benches/peers/embree.cpp) writes the id array as planisphere does. It is given the spheres in
+# three ways, each built in low and in medium quality: points   its own sphere points: the usual
+# way, and the slowest spheres  one user geometry with a primitive for each sphere, and a callback
+# of 16 rays at once (AVX-512; 8 with AVX2) groups   one user geometry with a primitive for each 8
+# neighbours along a Morton curve, and the same callback Tachyon and POV-Ray cannot: they read a
+# scene text and write an uncompressed picture, without shading or shadows.
 #
-# On Debian and Ubuntu the others come by
-#   apt-get install g++ libembree-dev libtbb-dev tachyon povray
-# (Debian 12 has Embree 3.13; releases with Embree 4 only do not have this interface.) What is missing is skipped, loudly.
+# On Debian and Ubuntu the others come by apt-get install g++ libembree-dev libtbb-dev tachyon
+#   povray (Debian 12 has Embree 3.13; releases with Embree 4 only do not have this interface.) What
+#   is missing is skipped, loudly.
 #
-# Ratios are theirs over ours, round by round: above 1 planisphere is faster. cpu is processor time of all threads, which other
-# work on the machine disturbs less than wall time. The processes run one after
-# another in each round; medians are of the rounds after one that does not count.
+# Ratios are theirs over ours, round by round: above 1 planisphere is faster. cpu is processor time
+# of all threads, which other work on the machine disturbs less than wall time. The processes run
+# one after another in each round; medians are of the rounds after one that does not count.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -69,8 +70,10 @@ ours=${PLANISPHERE:-${CARGO_TARGET_DIR:-target}/release/planisphere}
 embree=
 if ! command -v g++ >/dev/null; then
     skip "Embree: there is no g++ (apt-get install g++ libembree-dev libtbb-dev)"
-elif ! g++ -O3 -march=native -std=c++17 -o "$folder/embree" benches/peers/embree.cpp -lembree3 -ltbb 2>"$folder/errors"; then
-    skip "Embree: its program does not build (apt-get install libembree-dev libtbb-dev): $(head -n 1 "$folder/errors")"
+elif ! g++ -O3 -march=native -std=c++17 -o "$folder/embree" benches/peers/embree.cpp \
+    -lembree3 -ltbb 2>"$folder/errors"; then
+    skip "Embree: its program does not build (apt-get install libembree-dev libtbb-dev):" \
+        "$(head -n 1 "$folder/errors")"
 else
     embree=$folder/embree
 fi
@@ -81,7 +84,8 @@ povray=$(command -v povray || true)
 
 # The numbers of centers.npy, three to a line. Arrays of this shape begin at byte 128.
 centers() {
-    od --address-radix=n --output-duplicates --format=fF --width=12 --skip-bytes=128 "$folder/centers.npy"
+    od --address-radix=n --output-duplicates --format=fF --width=12 --skip-bytes=128 \
+        "$folder/centers.npy"
 }
 
 # The radius of all spheres.
@@ -93,7 +97,9 @@ write_tachyon() {
     {
         echo "BEGIN_SCENE"
         echo "RESOLUTION $side $side"
-        echo "CAMERA PROJECTION ORTHOGRAPHIC ZOOM $(awk -v w="$width" 'BEGIN { print 2 / w }') ASPECTRATIO 1 ANTIALIASING 0 RAYDEPTH 1"
+        local zoom
+        zoom=$(awk -v w="$width" 'BEGIN { print 2 / w }')
+        echo "CAMERA PROJECTION ORTHOGRAPHIC ZOOM $zoom ASPECTRATIO 1 ANTIALIASING 0 RAYDEPTH 1"
         # Tachyon's world is left-handed: the picture is ours mirrored, which costs it nothing.
         echo "CENTER ${origin[*]} VIEWDIR ${view[*]} UPDIR ${up[*]} END_CAMERA"
         echo "TEXDEF t AMBIENT 1 DIFFUSE 0 SPECULAR 0 OPACITY 1 COLOR 1 1 1 TEXFUNC 0"
@@ -112,7 +118,9 @@ write_povray() {
         # right = view x up, of the width of the picture; up completes it.
         awk -v w="$width" -v v="${view[*]}" -v u="${up[*]}" 'BEGIN {
             split(v, a, " "); split(u, b, " ")
-            x = a[2] * b[3] - a[3] * b[2]; y = a[3] * b[1] - a[1] * b[3]; z = a[1] * b[2] - a[2] * b[1]
+            x = a[2] * b[3] - a[3] * b[2]
+            y = a[3] * b[1] - a[1] * b[3]
+            z = a[1] * b[2] - a[2] * b[1]
             n = w / sqrt(x * x + y * y + z * z); x *= n; y *= n; z *= n
             p = y * a[3] - z * a[2]; q = z * a[1] - x * a[3]; s = x * a[2] - y * a[1]
             m = w / sqrt(p * p + q * q + s * s)
@@ -123,8 +131,10 @@ write_povray() {
 
 # Median milliseconds of a moved frame of ours, wall and processor time, one process.
 our_frame() {
-    "$ours" bench speed --scene "$folder/peer.toml" --device cpu --frames "$frames" --runs 0 --no-baselines --json 2>/dev/null |
-        sed 's/.*"moved":{"wall":{"median":\([0-9.e+-]*\)[^}]*},"cpu":{"median":\([0-9.e+-]*\).*/\1 \2/'
+    local number='\([0-9.e+-]*\)'
+    "$ours" bench speed --scene "$folder/peer.toml" --device cpu --frames "$frames" --runs 0 \
+        --no-baselines --json 2>/dev/null |
+        sed "s/.*\"moved\":{\"wall\":{\"median\":$number[^}]*},\"cpu\":{\"median\":$number.*/\1 \2/"
 }
 
 # How the spheres are given, build quality, ids, frames.
@@ -134,12 +144,16 @@ embree_arguments() {
 
 # The median of a column of the frames, against one way to give the spheres.
 column() {
-    awk -v k="$2" '{ print $k }' "$folder/frames.$1" | sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'
+    awk -v k="$2" '{ print $k }' "$folder/frames.$1" | sort -g | awk '
+        { v[NR] = $1 }
+        END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'
 }
 
-printf '%s; %s, %s processors; load %s; medians of %s rounds, of %s frames each\n' "$(date '+%-d %B %Y')" \
-    "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" "$(nproc)" "$(cut -d ' ' -f 1-3 /proc/loadavg)" "$runs" "$frames"
-printf 'Embree user geometry is tested for %s rays at once\n' "$(grep -q -m 1 avx512f /proc/cpuinfo && echo 16 || echo 8)"
+printf '%s; %s, %s processors; load %s; medians of %s rounds, of %s frames each\n' \
+    "$(date '+%-d %B %Y')" "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" \
+    "$(nproc)" "$(cut -d ' ' -f 1-3 /proc/loadavg)" "$runs" "$frames"
+printf 'Embree user geometry is tested for %s rays at once\n' \
+    "$(grep -q -m 1 avx512f /proc/cpuinfo && echo 16 || echo 8)"
 
 for ((count = 1000; count <= most; count *= 10)); do
     "$ours" make cloud "$folder" --count "$count" 2>/dev/null
@@ -158,7 +172,7 @@ for ((count = 1000; count <= most; count *= 10)); do
         for given in points spheres groups; do
             for quality in low medium; do
                 names+=",Embree $given ($quality build)"
-                read -ra arguments <<<"$(embree_arguments "$given" "$quality" "$folder/embree.npy" 0)"
+                read -ra arguments < <(embree_arguments "$given" "$quality" "$folder/embree.npy" 0)
                 commands+=(::: "$embree" "${arguments[@]}")
             done
         done
@@ -167,7 +181,8 @@ for ((count = 1000; count <= most; count *= 10)); do
         if ((count <= most_tachyon)); then
             write_tachyon "$r"
             names+=",Tachyon"
-            commands+=(::: "$tachyon" "$folder/scene.dat" -lowestshade -format PPM -o "$folder/tachyon.ppm")
+            commands+=(::: "$tachyon" "$folder/scene.dat" -lowestshade -format PPM \
+                -o "$folder/tachyon.ppm")
         else
             skip "Tachyon: more than $most_tachyon spheres take too long"
         fi
@@ -176,7 +191,8 @@ for ((count = 1000; count <= most; count *= 10)); do
         if ((count <= most_povray)); then
             write_povray "$r"
             names+=",POV-Ray"
-            commands+=(::: "$povray" "+W$side" "+H$side" +Q0 -A -D -GA +FP "+O$folder/povray.ppm" "$folder/scene.pov")
+            commands+=(::: "$povray" "+W$side" "+H$side" +Q0 -A -D -GA +FP \
+                "+O$folder/povray.ppm" "$folder/scene.pov")
         else
             skip "POV-Ray: more than $most_povray spheres take too long"
         fi
@@ -186,22 +202,26 @@ for ((count = 1000; count <= most; count *= 10)); do
     if [[ -n "$embree" ]]; then
         for given in points spheres groups; do
             read -ra arguments <<<"$(embree_arguments "$given" medium "$folder/embree.npy" 0)"
-            printf 'Embree %s against the exact ids: %s\n' "$given" "$("$embree" "${arguments[@]}" "$folder/ours.npy")"
+            printf 'Embree %s against the exact ids: %s\n' "$given" \
+                "$("$embree" "${arguments[@]}" "$folder/ours.npy")"
         done
         rm -f "$folder"/frames.*
         for ((round = 0; round < runs; round++)); do
             a=$(our_frame)
             for given in points spheres groups; do
-                read -ra arguments <<<"$(embree_arguments "$given" medium "$folder/embree.npy" "$frames")"
+                read -ra arguments < \
+                    <(embree_arguments "$given" medium "$folder/embree.npy" "$frames")
                 b=$("$embree" "${arguments[@]}" | sed -n 's/^frame_ms //p')
                 # Wall and processor time of ours, then of theirs, and both ratios.
-                echo "$a $b" | awk '{ print $1, $2, $3, $4, $3 / $1, $4 / $2 }' >>"$folder/frames.$given"
+                echo "$a $b" | awk '{ print $1, $2, $3, $4, $3 / $1, $4 / $2 }' \
+                    >>"$folder/frames.$given"
             done
         done
         printf '%s spheres, a frame after the camera has moved, wall (cpu) ms\n' "$count"
         printf '  %-14s %8.2f (%.2f)\n' planisphere "$(column points 1)" "$(column points 2)"
         for given in points spheres groups; do
-            printf '  %-14s %8.2f (%.2f), ratio %.2f (%.2f)\n' "Embree $given" "$(column "$given" 3)" "$(column "$given" 4)" \
+            printf '  %-14s %8.2f (%.2f), ratio %.2f (%.2f)\n' "Embree $given" \
+                "$(column "$given" 3)" "$(column "$given" 4)" \
                 "$(column "$given" 5)" "$(column "$given" 6)"
         done
     fi

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Measures how long a picture takes to become a PNG, and how large that is: RGB, as `render` writes it, against a palette,
-# in one run, in turn. Two pictures: the README's, and a million spheres (`planisphere make cloud`, 1024 x 1024).
+# Measures how long a picture takes to become a PNG, and how large that is: RGB, as `render` writes
+# it, against a palette, in one run, in turn. Two pictures: the README's, and a million spheres
+# (`planisphere make cloud`, 1024 x 1024).
 #
 #   benches/png.sh              medians of 21 rounds
 #   benches/png.sh --runs 51    of more; arguments go to `planisphere bench png`
@@ -15,7 +16,7 @@ trap 'rm -rf "$folder"' EXIT
 "$ours" make cloud "$folder" --count 1e6 2>/dev/null
 # The cloud as scenes/cloud.toml looks at it.
 sed '/^\[\[spheres\]\]/q' scenes/cloud.toml >"$folder/cloud-1e6.toml"
-printf 'centers = "centers.npy"\nradii = "radii.npy"\ncolors = "colors.npy"\n' >>"$folder/cloud-1e6.toml"
+printf '%s = "%s.npy"\n' centers centers radii radii colors colors >>"$folder/cloud-1e6.toml"
 cp scenes/first.toml "$folder"
 
 cd "$folder"

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Writes scenes/first.toml, the README's picture: python3 scenes/first.py > scenes/first.toml
 
-A ball of spheres placed as sunflower seeds are (golden angle, equal areas), inside a tilted ring of small ones. Colours are
-flat, so that depth has to be painted: every sphere is lit as if it were a point of the large shape. Plain Python.
+A ball of spheres placed as sunflower seeds are (golden angle, equal areas), inside a tilted ring
+of small ones. Colours are flat, so that depth has to be painted: every sphere is lit as if it were
+a point of the large shape. Plain Python.
 """
 
 import math
@@ -10,7 +11,14 @@ import math
 GOLDEN = math.pi * (3 - math.sqrt(5))
 LIGHT = (0.45, -0.55, 0.70)  # where the light comes from, a unit vector nearly
 BALL, RING = 800, 700
-PALETTE = [(0xF9, 0x41, 0x44), (0xF8, 0x96, 0x1E), (0xF9, 0xC7, 0x4F), (0x90, 0xBE, 0x6D), (0x43, 0xAA, 0x8B), (0x5A, 0x8F, 0xC7)]
+PALETTE = [
+    (0xF9, 0x41, 0x44),
+    (0xF8, 0x96, 0x1E),
+    (0xF9, 0xC7, 0x4F),
+    (0x90, 0xBE, 0x6D),
+    (0x43, 0xAA, 0x8B),
+    (0x5A, 0x8F, 0xC7),
+]
 
 
 def mix(a, b, t):
@@ -38,7 +46,8 @@ def sphere(center, radius, color):
 
 
 print(f"""\
-# The README's picture: a sunflower ball of {BALL} spheres around a dark core, and {RING} more in a ring. Perspective camera.
+# The README's picture: a sunflower ball of {BALL} spheres around a dark core, and {RING} more in a
+# ring. Perspective camera.
 #
 # Written by scenes/first.py. Colours are flat; the light is painted into them, sphere by sphere.
 
@@ -71,7 +80,8 @@ for k in range(RING):
     strand = 2 * math.pi * (k % 3) / 3 + 14 * turn
     along, up = 2.45 + 0.17 * math.cos(strand), 0.17 * math.sin(strand)
     x, y = along * math.cos(turn), along * math.sin(turn)
-    normal = (math.cos(strand) * math.cos(turn), math.cos(strand) * math.sin(turn), math.sin(strand))
+    across, along = math.cos(strand), math.sin(strand)
+    normal = (across * math.cos(turn), across * math.sin(turn), along)
     base = [(0x8E, 0xCA, 0xE6), (0xF1, 0xFA, 0xEE), (0xE5, 0x6B, 0x6F)][k % 3]
     # Tilted about the x axis.
     c, s = math.cos(0.42), math.sin(0.42)

@@ -1,5 +1,6 @@
-// Depth of a hit where clip planes may cut spheres open: the near root if it is in range, else the far root if that is.
-// Every comparison uses bounds; where they do not tell, the hit has a lower bound only.
+// Depth of a hit where clip planes may cut spheres open: the near root if it is in range, else the
+// far root if that is. Every comparison uses bounds; where they do not tell, the hit has a lower
+// bound only.
 
 struct Range {
     // As depths of keys: below and above near, below and above far.
@@ -42,9 +43,14 @@ struct Ends {
 }
 
 fn ends(item: Item, c: Chord) -> Ends {
-    // What the half chord may be too long: 2 E / (root + sqrt(root^2 - 2 E)) where root^2 > 4 E; all of it where the hit is in doubt.
+    // What the half chord may be too long: 2 E / (root + sqrt(root^2 - 2 E)) where root^2 > 4 E;
+    // all of it where the hit is in doubt.
     let late = vec4<f32>(1.18 * item.bounds.y) / max(c.root, vec4<f32>(1.0));
-    let least = select(vec4<f32>(0.0), max(c.root - late, vec4<f32>(0.0)), c.square > vec4<f32>(item.safe));
+    let least = select(
+        vec4<f32>(0.0),
+        max(c.root - late, vec4<f32>(0.0)),
+        c.square > vec4<f32>(item.safe)
+    );
     let slack = vec4<f32>(SURE * item.bounds.x);
     let low = c.middle - slack;
     let high = c.middle + slack;
@@ -60,8 +66,8 @@ fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
     return select(key(first), vec4<u32>(MISS), gone | (first > range.far_above));
 }
 
-// The hit is certain, and its depth in no greater doubt above the key than in open.wgsl: the near root in range for certain, or before it for
-// certain and the far root in range.
+// The hit is certain, and its depth in no greater doubt above the key than in open.wgsl: the near
+// root in range for certain, or before it for certain and the far root in range.
 fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
     let e = ends(item, c);
     let whole = (e.near_low >= range.near_above) & (e.near_high <= range.far_below);

@@ -1,5 +1,6 @@
-// The end of a pixel where several passes (rounds of a long list, chunks of spheres) share a tile: their findings are merged.
-// The sphere of least upper bound stays; the other's lower bound, which is that of all of its pass, joins the rest of earlier passes.
+// The end of a pixel where several passes (rounds of a long list, chunks of spheres) share a tile:
+// their findings are merged. The sphere of least upper bound stays; the other's lower bound, which
+// is that of all of its pass, joins the rest of earlier passes.
 fn finish(tile: Tile, place: u32, found: State) {
     let at = (tile.slot & SLOT) * 64u + place;
     var state = found;

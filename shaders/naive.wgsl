@@ -1,5 +1,6 @@
-// The loop that anybody writes first, as a baseline for `bench`: one pixel per invocation, every sphere in turn, plain f32.
-// It stands alone: none of the device's own parts is used, and its picture is wrong where rounding matters.
+// The loop that anybody writes first, as a baseline for `bench`: one pixel per invocation, every
+// sphere in turn, plain f32. It stands alone: none of the device's own parts is used, and its
+// picture is wrong where rounding matters.
 
 struct Frame {
     // Where the ray of column 0, row 0 begins (parallel rays), or the eye; and its direction.

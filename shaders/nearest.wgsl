@@ -1,8 +1,10 @@
-// The running answer of four pixels: the sphere of least lower bound, and the least lower bound of all others.
-// Minimum does not depend on order, so lists, rounds and chunks in any order give the same.
+// The running answer of four pixels: the sphere of least lower bound, and the least lower bound of
+// all others. Minimum does not depend on order, so lists, rounds and chunks in any order give the
+// same.
 //
-// Depths are compared as the bits of non-negative floats, whose order is that of unsigned integers: software devices take several
-// instructions for a minimum of floats, for the sake of NaN, and one for integers.
+// Depths are compared as the bits of non-negative floats, whose order is that of unsigned integers:
+// software devices take several instructions for a minimum of floats, for the sake of NaN, and one
+// for integers.
 
 // Keys of what is missed have this bit, and so lie behind every depth.
 const MISS = 0x80000000u;
@@ -26,7 +28,8 @@ fn nothing() -> Column {
     return Column(none, none);
 }
 
-// The key of a lower bound. What may lie before 0 gets the least normal number, and nothing is settled against that: every upper bound is more.
+// The key of a lower bound. What may lie before 0 gets the least normal number, and nothing is
+// settled against that: every upper bound is more.
 fn key(depth: vec4<f32>) -> vec4<u32> {
     return bitcast<vec4<u32>>(max(bitcast<vec4<i32>>(depth), vec4<i32>(0x00800000)));
 }
@@ -50,7 +53,10 @@ fn see(old: Nearest, range: Range, item: Item, entry: u32, c: Chord) -> Nearest 
 // One sphere more at a column.
 fn visit(old: Column, ranges: Ranges, item: Item, entry: u32, pixels: Pixels) -> Column {
     let c = chords(item, pixels);
-    return Column(see(old.top, ranges.top, item, entry, c.top), see(old.bottom, ranges.bottom, item, entry, c.bottom));
+    return Column(
+        see(old.top, ranges.top, item, entry, c.top),
+        see(old.bottom, ranges.bottom, item, entry, c.bottom)
+    );
 }
 
 // The greatest depth of a column's bests; as NEVER where nothing is seen.

@@ -2,21 +2,27 @@
 //
 // In steps, from the middle of the tile. u = 2^-23: WGSL may round any operation either way.
 //
-// Place. The integer offset is off by at most `delta` less its last part (plan.rs). Its conversion, the pixel's offset
-// (one factor rounded by the host, one product) and their difference add at most u (|X| + 1.6 |p| + |dx|) with
-// |X| <= |dx| + |p| and |p| <= 3.5 pitches; with room for another order of the terms `delta` has 24 u pitches, and e = delta + 4 u |dx|
+// Place. The integer offset is off by at most `delta` less its last part (plan.rs). Its conversion,
+// the pixel's offset (one factor rounded by the host, one product) and their difference add at most
+// u (|X| + 1.6 |p| + |dx|) with
+// |X| <= |dx| + |p| and |p| <= 3.5 pitches; with room for another order of the terms `delta` has
+// 24 u pitches, and e = delta + 4 u |dx|
 // bounds the error of each of dx, dy. As a vector: eps = sqrt 2 (delta + 4 u d).
 //
-// Square. If d or d* is at most R: |d2 - d2*| <= 2 R eps + eps^2 <= 2.84 R delta + 11.5 u R^2 + 2.1 delta^2, and the roundings of the
-// products, sums and of R^2 add 8 u R^2. So E = 2.9 R delta + 20 u R^2 + 2.2 delta^2 bounds the error of q = R^2 - d2, and with
-// reach = R^2 + E and square = reach - d2:   q* lies in [square - 2 E, square] if q* >= 0 or square >= E. So square < 0 is a certain miss.
+// Square. If d or d* is at most R: |d2 - d2*| <= 2 R eps + eps^2 <= 2.84 R delta + 11.5 u R^2 + 2.1
+// delta^2, and the roundings of the products, sums and of R^2 add 8 u R^2. So E = 2.9 R delta + 20
+// u R^2 + 2.2 delta^2 bounds the error of q = R^2 - d2, and with reach = R^2 + E and square = reach
+// - d2:   q* lies in [square - 2 E, square] if q* >= 0 or square >= E. So square < 0 is a certain
+// miss.
 //
-// Safe. Where square > 4 E the hit is certain, and root - sqrt(q*) <= 2 E / (sqrt(4 E) + sqrt(2 E)) <= 0.59 sqrt(E).
+// Safe. Where square > 4 E the hit is certain, and root - sqrt(q*) <= 2 E / (sqrt(4 E) + sqrt(2 E))
+// <= 0.59 sqrt(E).
 //
-// Depth. Of Z: the integer's error, delta_depth, and its conversion, u |Z|. Of Z - root: the square root, 4.5 u R, and the difference,
-// u (|Z| + R). So the depth of a hit is above key - slack with slack = delta_depth + u (6 |Z| + 8 R), and that of a safe one below
-// key + slack + 0.59 sqrt(E). As sqrt(E) >= sqrt(20 u) R, two slacks and that are at most doubt = 2 delta_depth + 0.61 sqrt(E) + 14 u |Z|,
-// with room for the roundings of keys compared.
+// Depth. Of Z: the integer's error, delta_depth, and its conversion, u |Z|. Of Z - root: the square
+// root, 4.5 u R, and the difference, u (|Z| + R). So the depth of a hit is above key - slack with
+// slack = delta_depth + u (6 |Z| + 8 R), and that of a safe one below key + slack + 0.59 sqrt(E).
+// As sqrt(E) >= sqrt(20 u) R, two slacks and that are at most doubt = 2 delta_depth + 0.61 sqrt(E)
+// + 14 u |Z|, with room for the roundings of keys compared.
 
 // What all tiles of a frame have in common of the bounds.
 struct Bounds {
@@ -33,7 +39,8 @@ fn bounds_of(frame: Frame) -> Bounds {
     );
 }
 
-// What is the same for all spheres of a tile: asked for once, as a software device would do so again for each.
+// What is the same for all spheres of a tile: asked for once, as a software device would do so
+// again for each.
 struct Eye {
     x: Split,
     y: Split,
@@ -55,9 +62,11 @@ struct Item {
     bounds: vec2<f32>,
     // Hits of a greater square are safe: 4 E.
     safe: f32,
-    // Of a hit that is not safe the key is greater: less than shape.z - sqrt(4 E), and not negative. See guard.wgsl.
+    // Of a hit that is not safe the key is greater: less than shape.z - sqrt(4 E), and not
+    // negative. See guard.wgsl.
     guard: f32,
-    // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
+    // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what
+    // follows: the greatest of a tile's list stands for all.
     doubt: f32,
     // Not more than the key of any hit.
     front: f32,
@@ -75,7 +84,8 @@ struct Pixels {
     bottom: Rays,
 }
 
-// The rays in the sphere. Not more than `square` is q, `root` its square root, on both sides of depth `middle`; a hit's key is that of `near`.
+// The rays in the sphere. Not more than `square` is q, `root` its square root, on both sides of
+// depth `middle`; a hit's key is that of `near`.
 struct Chord {
     square: vec4<f32>,
     root: vec4<f32>,
@@ -146,7 +156,8 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
 fn chord(item: Item, x: f32, rays: Rays) -> Chord {
     let dy = rays.y - item.shape.y;
     let square = vec4<f32>(item.shape.w - x * x) - dy * dy;
-    // Of a negative number it is some number or none: a miss, whose key is one by the square's sign.
+    // Of a negative number it is some number or none: a miss, whose key is one by the square's
+    // sign.
     let root = sqrt(square);
     let z = vec4<f32>(item.shape.z);
     return Chord(square, root, z, bitcast<vec4<f32>>(key(z - root)));
@@ -159,5 +170,6 @@ fn chords(item: Item, pixels: Pixels) -> Chords {
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(vec4<f32>(item.shape.xyz, -1e30), item.bounds, item.safe, item.guard, item.doubt, item.front);
+    let shape = vec4<f32>(item.shape.xyz, -1e30);
+    return Item(shape, item.bounds, item.safe, item.guard, item.doubt, item.front);
 }

@@ -1,43 +1,59 @@
 // Perspective rays: spheres about a tile, and the chord of a pixel's ray in a sphere.
 //
-// The ray of a pixel is t d with d = (sx, sy, 1), t the depth; d0 is that of the tile's middle and d = d0 + (dx, dy, 0). With a = d . d a sphere
-// about C = (X, Y, Z) has the roots
-//     t = (C . d -+ sqrt(D)) / a,     D = a R^2 - W . W,     W = d x C = (m, n, n sy + m sx) but for signs, n = Z sx - X, m = Y - Z sy.
-// W is linear in dx and dy, as its products cancel: W = W0 + dx (0, Z, Y) + dy (-Z, 0, -X). So D is a polynomial of second degree in dx and dy,
-// of which prepare makes the coefficients, once for a sphere and tile; C . d is linear.
+// The ray of a pixel is t d with d = (sx, sy, 1), t the depth; d0 is that of the tile's middle and
+// d = d0 + (dx, dy, 0). With a = d . d a sphere about C = (X, Y, Z) has the roots
+//     t = (C . d -+ sqrt(D)) / a,     D = a R^2 - W . W,     W = d x C = (m, n, n sy + m sx) but
+// for signs, n = Z sx - X, m = Y - Z sy. W is linear in dx and dy, as its products cancel: W = W0 +
+// dx (0, Z, Y) + dy (-Z, 0, -X). So D is a polynomial of second degree in dx and dy, of which
+// prepare makes the coefficients, once for a sphere and tile; C . d is linear.
 //
-// Keys are not depths t but t a - (apart) (d0 . d) + lift, for `apart` the depth of the tile's middle, from which depths in the tile are counted:
-// for a pixel that grows as t does, and with c = C - apart d0 a hit has the key (lift + c . d) - sqrt(D), without a division and in numbers as small
-// as depths in the tile. In such depths the key is (t - apart) a + shift, shift = apart (d - d0) . d + lift, and lift is so large that shift >= 0.
+// Keys are not depths t but t a - (apart) (d0 . d) + lift, for `apart` the depth of the tile's
+// middle, from which depths in the tile are counted: for a pixel that grows as t does, and with c =
+// C - apart d0 a hit has the key (lift + c . d) - sqrt(D), without a division and in numbers as
+// small as depths in the tile. In such depths the key is (t - apart) a + shift, shift = apart (d -
+// d0) . d + lift, and lift is so large that shift >= 0.
 //
-// A hit's key must be above 0. It is above front - slack - 3 sqrt(E) for front = z - R; of a sphere that meets a ray of the tile |C| <= k (|Z| + 2 R) and
-// |W| <= k R + 2 h |C|, so that slack + 3 sqrt(E), with sqrt(R delta) shared out, is at most 1024 k delta + k^2 (R (1 / 32 + h / 8) + |Z| h / 24). Depths
+// A hit's key must be above 0. It is above front - slack - 3 sqrt(E) for front = z - R; of a sphere
+// that meets a ray of the tile |C| <= k (|Z| + 2 R) and
+// |W| <= k R + 2 h |C|, so that slack + 3 sqrt(E), with sqrt(R delta) shared out, is at most
+// 1024 k delta + k^2 (R (1 / 32 + h / 8) + |Z| h / 24). Depths
 // in the tile are counted from more than that before the first hit: plan.rs, `margin`.
 //
-// In steps; u = 2^-23; k >= |d| in the tile, s the length of (sx, sy), h at least the greater half of a tile on the screen; n, m, W of the tile's middle
-// from here on.
+// In steps; u = 2^-23; k >= |d| in the tile, s the length of (sx, sy), h at least the greater half
+// of a tile on the screen; n, m, W of the tile's middle from here on.
 //
-// Place. n, m come from integers as in orthographic.wgsl and are converted; Z (from the camera) is good to delta_depth + 2.5 u |Z|, dx and dy to
-// 1.5 u of themselves. plan.rs adds to delta what that is at a pixel: so n and m there are good to delta + u |(n, m)|, as a vector 1.42 times that,
-// and sx, sy to 1.5 u s. So W is good to k (1.42 delta + u |W|) + 1.5 u s |W of the pixel|, and where that W is at most k R, as D or the exact one is
-// positive, D is good to 2.84 k^2 R delta + 2.1 k^2 delta^2 + u k^2 (R^2 (3 + 3 s + 3 s^2) + |W|^2 / 2), with R good to u R / 2 and a to 3 u s^2.
+// Place. n, m come from integers as in orthographic.wgsl and are converted; Z (from the camera) is
+// good to delta_depth + 2.5 u |Z|, dx and dy to 1.5 u of themselves. plan.rs adds to delta what
+// that is at a pixel: so n and m there are good to delta + u |(n, m)|, as a vector 1.42 times that,
+// and sx, sy to 1.5 u s. So W is good to k (1.42 delta + u |W|) + 1.5 u s |W of the pixel|, and
+// where that W is at most k R, as D or the exact one is positive, D is good to 2.84 k^2 R delta +
+// 2.1 k^2 delta^2 + u k^2 (R^2 (3 + 3 s + 3 s^2) + |W|^2 / 2), with R good to u R / 2 and a to 3 u
+// s^2.
 //
-// Square. Coefficients and their sum, in any order. The roundings are u R^2 (10 k^2 + 48 h k) in terms of R^2; in those of |W|^2, where a product has
-// w = n sy + m sx for a factor, |w| <= s |(n, m)|: u |W|^2 (8.5 + 4 s^2 + 4 h s + 12 h^2 + 2 h); in those of h |W| |C|, 20 + 32 s, and of h^2 |C|^2,
-// 16 + 12 s^2 + 2 h, as X and Y are at most s |Z| + |(n, m)|. The third is shared out between its neighbours, 0.3 of it and 0.84. In all
-//     E = 2.2 k^2 delta^2 + 2.9 k^2 R delta + u R^2 (k^2 (13 + 3 s + 3 s^2) + 48 h k) + u (p |W|^2 + q h^2 |C|^2),
-//     p = 15 + 9.6 s + 4.5 s^2 + 4 h s + 12 h^2 + 2 h,     q = 33 + 27 s + 12 s^2 + 2 h
-// is the bound of D's error; with square = D + E the exact one lies in [square - 2 E, square]. So square < 0 is a certain miss. k <= 8: the host sees
-// to it. Written without roots and with g alone: k^2 = g = 1 + s^2 and k <= g, s <= 1/4 + s^2 <= g, |C|^2 <= 1.1 k^2 Z^2 + 11 |W|^2 as |C| <= k |Z| + |W|;
+// Square. Coefficients and their sum, in any order. The roundings are u R^2 (10 k^2 + 48 h k) in
+// terms of R^2; in those of |W|^2, where a product has w = n sy + m sx for a factor, |w| <= s |(n,
+// m)|: u |W|^2 (8.5 + 4 s^2 + 4 h s + 12 h^2 + 2 h); in those of h |W| |C|, 20 + 32 s, and of h^2
+// |C|^2, 16 + 12 s^2 + 2 h, as X and Y are at most s |Z| + |(n, m)|. The third is shared out
+// between its neighbours, 0.3 of it and 0.84. In all
+//     E = 2.2 k^2 delta^2 + 2.9 k^2 R delta + u R^2 (k^2 (13 + 3 s + 3 s^2) + 48 h k) + u (p |W|^2
+//     + q h^2 |C|^2), p = 15 + 9.6 s + 4.5 s^2 + 4 h s + 12 h^2 + 2 h,     q = 33 + 27 s + 12 s^2 +
+//     2 h is the bound of D's error; with square = D + E the exact one lies in [square - 2 E,
+//     square]. So square < 0 is a certain miss. k <= 8: the host sees to it. Written without roots
+//     and with g alone: k^2 = g = 1 + s^2 and k <= g, s <= 1/4 + s^2 <= g, |C|^2 <= 1.1 k^2 Z^2 +
+//     11 |W|^2 as |C| <= k |Z| + |W|;
 //     13 + 3 s + 3 s^2 <= 8 + 6 g,     p <= g (17.4 + 6 h + 12 h^2),     q <= g (40 + 2 h).
 //
-// Safe. Where square > 4 E the hit is certain, and root - sqrt(D*) <= 2 E / (sqrt(4 E) + sqrt(2 E)) <= 0.59 sqrt(E).
+// Safe. Where square > 4 E the hit is certain, and root - sqrt(D*) <= 2 E / (sqrt(4 E) + sqrt(2 E))
+// <= 0.59 sqrt(E).
 //
-// Depth. c . d: of z (in the tile) k^2 (delta_depth + u |z|); of n, m 1.42 s delta and u s |(n, m)|; of sx, sy 3 u k s |z| + 1.5 u s |(n, m)|; roundings
-// u (|z| (8 k^2 + 10 h s) + |(n, m)| (6 s + 10 h) + 3 lift). The square root, 4.5 u k R, and the difference, another u of all. So a hit's true key is above
-// key - slack with slack = k^2 delta_depth + 1.42 s delta + u (|z| (13 k^2 + 12 h k) + (|n| + |m|) (10 s + 12 h) + 4 lift + 5.5 k R), and that of a safe
-// one below key + slack + 0.59 sqrt(E). As E >= 13 u k^2 R^2 + (15 + 9.6 s) u |W|^2, what two slacks have of R, n and m is below 0.03 sqrt(E), and two slacks and
-// that are at most doubt = 2 k^2 delta_depth + 2.84 s delta + 0.62 sqrt(E) + u (|z| (30 k^2 + 24 h k) + 20 lift), with room for the roundings of keys
+// Depth. c . d: of z (in the tile) k^2 (delta_depth + u |z|); of n, m 1.42 s delta and u s |(n,
+// m)|; of sx, sy 3 u k s |z| + 1.5 u s |(n, m)|; roundings u (|z| (8 k^2 + 10 h s) + |(n, m)| (6 s
+// + 10 h) + 3 lift). The square root, 4.5 u k R, and the difference, another u of all. So a hit's
+// true key is above key - slack with slack = k^2 delta_depth + 1.42 s delta + u (|z| (13 k^2 + 12 h
+// k) + (|n| + |m|) (10 s + 12 h) + 4 lift + 5.5 k R), and that of a safe one below key + slack +
+// 0.59 sqrt(E). As E >= 13 u k^2 R^2 + (15 + 9.6 s) u |W|^2, what two slacks have of R, n and m is
+// below 0.03 sqrt(E), and two slacks and that are at most doubt = 2 k^2 delta_depth + 2.84 s delta
+// + 0.62 sqrt(E) + u (|z| (30 k^2 + 24 h k) + 20 lift), with room for the roundings of keys
 // compared and of shift, 8 u lift.
 
 // What all tiles of a frame have in common of the bounds.
@@ -45,20 +61,24 @@ struct Bounds {
     // E = g (error.x + R (error.y + R (error.z + error.w g)) + weight.x |W|^2 + weight.y g Z^2)
     error: vec4<f32>,
     weight: vec2<f32>,
-    // What is in doubt of a depth, but for what hits are late: doubt.x g - doubt.y + doubt.z lift + doubt.w g |z|
+    // What is in doubt of a depth, but for what hits are late: doubt.x g - doubt.y + doubt.z lift +
+    // doubt.w g |z|
     doubt: vec4<f32>,
 }
 
 fn bounds_of(frame: Frame) -> Bounds {
     let h = 3.6 * greater(frame.pitch_x, frame.pitch_y);
     return Bounds(
-        SURE * vec4<f32>(2.2 * frame.delta * frame.delta, 2.9 * frame.delta, U * (8.0 + 48.0 * h), 6.0 * U),
+        SURE * vec4<f32>(
+            2.2 * frame.delta * frame.delta, 2.9 * frame.delta, U * (8.0 + 48.0 * h), 6.0 * U
+        ),
         SURE * U * vec2<f32>(17.4 + h * (6.0 + h * (452.0 + 22.0 * h)), (h * h) * (44.0 + 2.2 * h)),
         SURE * vec4<f32>(4.84 * frame.delta, 2.13 * frame.delta, 20.0 * U, U * (30.0 + 24.0 * h)),
     );
 }
 
-// What is the same for all spheres of a tile: asked for once, as a software device would do so again for each.
+// What is the same for all spheres of a tile: asked for once, as a software device would do so
+// again for each.
 struct Eye {
     x: Split,
     y: Split,
@@ -79,7 +99,8 @@ struct Eye {
     bounds: Bounds,
     // g
     spread: f32,
-    // E = spread (bounds.error.x + radius (bounds.error.y + radius steep) + weight.y Z^2) + weight.x |W|^2
+    // E = spread (bounds.error.x + radius (bounds.error.y + radius steep) + weight.y Z^2) +
+    // weight.x |W|^2
     steep: f32,
     weight: vec2<f32>,
     // What is in doubt of every depth, and besides of each |z|.
@@ -88,7 +109,8 @@ struct Eye {
 }
 
 struct Item {
-    // D + E without terms of odd order in dy: coefficients of 1, dx, dx^2 and dy^2; and the others, of dy and dx dy.
+    // D + E without terms of odd order in dy: coefficients of 1, dx, dx^2 and dy^2; and the others,
+    // of dy and dx dy.
     even: vec4<f32>,
     odd: vec2<f32>,
     // lift + c . d: coefficients of 1, dx, dy
@@ -97,7 +119,8 @@ struct Item {
     bounds: vec2<f32>,
     // Hits of a greater square are safe: 4 E.
     safe: f32,
-    // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what follows: the greatest of a tile's list stands for all.
+    // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what
+    // follows: the greatest of a tile's list stands for all.
     doubt: f32,
     // Not more than the depth of any hit.
     front: f32,
@@ -111,7 +134,8 @@ struct Rays {
     lift: f32,
 }
 
-// A column of eight pixels: rows 0 to 3, and rows 7 to 4, which mirror them. Offsets from the tile's middle and their squares.
+// A column of eight pixels: rows 0 to 3, and rows 7 to 4, which mirror them. Offsets from the
+// tile's middle and their squares.
 struct Pixels {
     dx: f32,
     dx2: f32,
@@ -121,7 +145,8 @@ struct Pixels {
     bottom: Rays,
 }
 
-// The rays in the sphere. Not more than `square` is D, `root` its square root, on both sides of `middle`; a hit's key is that of `near`.
+// The rays in the sphere. Not more than `square` is D, `root` its square root, on both sides of
+// `middle`; a hit's key is that of `near`.
 struct Chord {
     square: vec4<f32>,
     root: vec4<f32>,
@@ -172,7 +197,8 @@ fn rays_of(eye: Eye, dx: f32, dy: vec4<f32>) -> Rays {
     let x = eye.center.x + dx;
     let y = vec4<f32>(eye.center.y) + dy;
     let a = vec4<f32>(1.0 + x * x) + y * y;
-    return Rays(a, vec4<f32>(eye.lift) + eye.apart * (vec4<f32>(dx * x) + dy * y), 1.00001 / a, eye.lift);
+    let shift = vec4<f32>(eye.lift) + eye.apart * (vec4<f32>(dx * x) + dy * y);
+    return Rays(a, shift, 1.00001 / a, eye.lift);
 }
 
 fn pixels_of(eye: Eye, column: u32) -> Pixels {
@@ -225,9 +251,13 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
     let away = (m * m + n * n) + w * w;
     let steep = depth * depth + y * y;
     let square = radius * radius;
-    // |W|^2 is known last, and the rest of E before it: software devices wait for the square as little as they can.
+    // |W|^2 is known last, and the rest of E before it: software devices wait for the square as
+    // little as they can.
     let bounds = eye.bounds;
-    let early = eye.spread * ((bounds.error.x + eye.weight.y * (depth * depth)) + radius * (bounds.error.y + radius * eye.steep));
+    let early = eye.spread * (
+        (bounds.error.x + eye.weight.y * (depth * depth)) +
+        radius * (bounds.error.y + radius * eye.steep)
+    );
     let late = eye.weight.x * away;
     let error = early + late;
     let root = above_root(error);
@@ -255,13 +285,16 @@ fn prepare(eye: Eye, record: vec4<i32>) -> Item {
 }
 
 fn chord(square: vec4<f32>, middle: vec4<f32>) -> Chord {
-    // Of a negative number it is some number or none: a miss, whose key is one by the square's sign.
+    // Of a negative number it is some number or none: a miss, whose key is one by the square's
+    // sign.
     let root = sqrt(square);
     return Chord(square, root, middle, middle - root);
 }
 
 fn chords(item: Item, pixels: Pixels) -> Chords {
-    let even = vec4<f32>(item.even.x + (item.even.y * pixels.dx + item.even.z * pixels.dx2)) + item.even.w * pixels.dy2;
+    let even =
+        vec4<f32>(item.even.x + (item.even.y * pixels.dx + item.even.z * pixels.dx2)) +
+        item.even.w * pixels.dy2;
     let odd = (item.odd.x + item.odd.y * pixels.dx) * pixels.dy;
     let middle = vec4<f32>(item.along.x + item.along.y * pixels.dx);
     let tilt = item.along.z * pixels.dy;
@@ -270,5 +303,7 @@ fn chords(item: Item, pixels: Pixels) -> Chords {
 
 // An item that no ray hits.
 fn beyond(item: Item) -> Item {
-    return Item(vec4<f32>(-1e30, 0.0, 0.0, 0.0), vec2<f32>(0.0), item.along, item.bounds, item.safe, item.doubt, item.front);
+    let even = vec4<f32>(-1e30, 0.0, 0.0, 0.0);
+    let odd = vec2<f32>(0.0);
+    return Item(even, odd, item.along, item.bounds, item.safe, item.doubt, item.front);
 }

@@ -1,4 +1,5 @@
-// The filter is off: plain f32, for comparison in benchmarks only. All bounds are zero, and only the nearest is known.
+// The filter is off: plain f32, for comparison in benchmarks only. All bounds are zero, and only
+// the nearest is known.
 const U = 0.0;
 const SURE = 0.0;
 

@@ -3,7 +3,8 @@ fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
     return c.square > vec4<f32>(item.safe);
 }
 
-// Two conditions, of which a compiler that sees through the zero makes two masks for each pixel: more than it has registers for.
+// Two conditions, of which a compiler that sees through the zero makes two masks for each pixel:
+// more than it has registers for.
 fn loses(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
     return low > select(vec4<u32>(range.zero), best, safe(range, item, c));
 }

@@ -1,10 +1,13 @@
-// From the running answer to what is known of a pixel, where several passes share a tile. No depth of a sphere that was looked at is in greater
-// doubt, both ends together; half of it is at least what a depth may lie before its key.
+// From the running answer to what is known of a pixel, where several passes share a tile. No depth
+// of a sphere that was looked at is in greater doubt, both ends together; half of it is at least
+// what a depth may lie before its key.
 
 fn settle(tile: Tile, column: u32, row: u32, low_key: u32, named: u32, doubt: f32) {
     let key = depth_of(low_key);
     let none = key >= NEVER;
-    finish(tile, column * 8u + row, State(i32(named), select(key - 0.5 * doubt, NEVER, none), select(key + doubt, NEVER, none), NEVER));
+    let low = select(key - 0.5 * doubt, NEVER, none);
+    let high = select(key + doubt, NEVER, none);
+    finish(tile, column * 8u + row, State(i32(named), low, high, NEVER));
 }
 
 fn settle_column(tile: Tile, column: u32, found: Column, doubt: f32) {

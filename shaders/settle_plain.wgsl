@@ -1,7 +1,9 @@
-// From the running answer to the result of each of eight pixels, with the filter off, where several passes share a tile.
+// From the running answer to the result of each of eight pixels, with the filter off, where several
+// passes share a tile.
 
 fn settle(tile: Tile, column: u32, row: u32, low: u32, entry: u32) {
-    finish(tile, column * 8u + row, State(bitcast<i32>(entry), bitcast<f32>(low), bitcast<f32>(low), NEVER));
+    let depth = bitcast<f32>(low);
+    finish(tile, column * 8u + row, State(bitcast<i32>(entry), depth, depth, NEVER));
 }
 
 fn settle_column(tile: Tile, column: u32, found: Column, doubt: f32) {

@@ -1,9 +1,12 @@
-// Four tiles of 8 x 8 pixels whose lists have two entries at most are drawn by a subgroup of 8: each lane fetches one entry of one tile, then all
-// eight draw the tiles in turn, a column of 8 pixels each. What a tile costs besides its entries is most of what such tiles cost.
+// Four tiles of 8 x 8 pixels whose lists have two entries at most are drawn by a subgroup of 8:
+// each lane fetches one entry of one tile, then all eight draw the tiles in turn, a column of 8
+// pixels each. What a tile costs besides its entries is most of what such tiles cost.
 @group(0) @binding(3) var<storage, read> tiles: array<Tile>;
 
 // The tile whose entries are those of a lane and the next; none from tile `end` on.
-fn draw(end: u32, at: u32, lane: u32, eye: Eye, item: Item, entry: u32, doubt: f32, slot: u32, one: u32) {
+fn draw(
+    end: u32, at: u32, lane: u32, eye: Eye, item: Item, entry: u32, doubt: f32, slot: u32, one: u32
+) {
     let pixels = pixels_of(share_eye(eye, one), lane);
     let ranges = ranges_of(at, pixels);
     let two = one + 1u;

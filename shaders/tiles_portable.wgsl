@@ -1,4 +1,5 @@
-// A tile of 8 x 8 pixels is drawn by 8 invocations, a column of 8 pixels each; no subgroups are needed.
+// A tile of 8 x 8 pixels is drawn by 8 invocations, a column of 8 pixels each; no subgroups are
+// needed.
 @group(0) @binding(3) var<storage, read> tiles: array<Tile>;
 
 fn tile_at(at: u32) -> Tile {
@@ -41,7 +42,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             }
         }
         found = judge(found, doubt);
-        // All later entries begin beyond this; enough is known when that is beyond every pixel's best.
+        // All later entries begin beyond this; enough is known when that is beyond every pixel's
+        // best.
         if (front - frame.disorder) - doubt > deepest(found, pixels) {
             break;
         }

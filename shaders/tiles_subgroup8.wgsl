@@ -1,5 +1,6 @@
-// A tile of 8 x 8 pixels is drawn by a subgroup of 8, a column of 8 pixels each. Each lane fetches one entry of the list, and all see all eight:
-// on software devices a load costs far more than arithmetic.
+// A tile of 8 x 8 pixels is drawn by a subgroup of 8, a column of 8 pixels each. Each lane fetches
+// one entry of the list, and all see all eight: on software devices a load costs far more than
+// arithmetic.
 @group(0) @binding(3) var<storage, read> tiles: array<array<u32, 6>>;
 
 // Each lane fetches a word of a tile, too.
@@ -24,7 +25,9 @@ fn greatest(x: f32) -> f32 {
 }
 
 // The item and entry of a lane.
-fn visit_of(found: Column, ranges: Ranges, item: Item, entry: u32, lane: u32, pixels: Pixels) -> Column {
+fn visit_of(
+    found: Column, ranges: Ranges, item: Item, entry: u32, lane: u32, pixels: Pixels
+) -> Column {
     let there = opaque(lane, ranges);
     return visit(found, ranges, share(item, there), subgroupShuffle(entry, there), pixels);
 }
@@ -35,11 +38,11 @@ fn draw(frame: Frame, bounds: Bounds, at: u32, lane: u32) {
     let pixels = pixels_of(eye, lane);
     let ranges = ranges_of(at, pixels);
     var found = nothing();
-    // The depth of what is best is in no greater doubt than the greatest of all entries: each one's own would have to be carried along at every
-    // pixel.
+    // The depth of what is best is in no greater doubt than the greatest of all entries: each one's
+    // own would have to be carried along at every pixel.
     var doubt = eye.doubt;
-    // The condition comes last: software devices go through a loop once more, with nothing to do, where it comes first.
-    // An empty list has one round too, in which nothing is within reach.
+    // The condition comes last: software devices go through a loop once more, with nothing to do,
+    // where it comes first. An empty list has one round too, in which nothing is within reach.
     var i = 0u;
     loop {
         // Past the end the last entry is seen again, out of reach.
@@ -48,7 +51,8 @@ fn draw(frame: Frame, bounds: Bounds, at: u32, lane: u32) {
         if i + lane >= tile.count {
             item = beyond(item);
         }
-        // First, as nothing else waits for it: all later entries begin beyond this; enough is known when that is beyond every pixel's best.
+        // First, as nothing else waits for it: all later entries begin beyond this; enough is known
+        // when that is beyond every pixel's best.
         doubt = greatest(doubtful(doubt, item));
         let front = (greatest(item.front) - frame.disorder) - doubt;
         item = told_after(item, doubt, ranges);

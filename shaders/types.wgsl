@@ -1,11 +1,13 @@
-// What the device is given and gives back. Every struct is compared with its twin in src/plan.rs by tests/shaders.rs.
+// What the device is given and gives back. Every struct is compared with its twin in src/plan.rs by
+// tests/shaders.rs.
 //
-// Lengths are in steps: a step is a power of two of the scene's fixed point, chosen per view (plan.rs, `Steps`).
-// An f32 length is in steps too.
+// Lengths are in steps: a step is a power of two of the scene's fixed point, chosen per view
+// (plan.rs, `Steps`). An f32 length is in steps too.
 
 // One per pass.
 struct Frame {
-    // The camera's axes times 2^30 over the size of a step in fixed-point units. Perspective tiles bring their own x and y.
+    // The camera's axes times 2^30 over the size of a step in fixed-point units. Perspective tiles
+    // bring their own x and y.
     right: vec3<i32>,
     // Width of a pixel: in steps, or on the screen at distance 1.
     pitch_x: f32,
@@ -27,7 +29,8 @@ struct Frame {
     tiles: u32,
     // Workgroups in a row of the dispatch.
     row: u32,
-    // No entry of a list begins nearer, by more than this, than any before it; NEVER if nothing is promised. In steps.
+    // No entry of a list begins nearer, by more than this, than any before it; NEVER if nothing is
+    // promised. In steps.
     disorder: f32,
 }
 
@@ -81,11 +84,12 @@ const NEVER = 1e36;
 const NONE = -1;
 // The host must decide, in `ids`; as at all that is less.
 const UNDECIDED = -2;
-// Spheres above this radius (in steps) would overflow squares: every pixel of their tiles is left to the host.
+// Spheres above this radius (in steps) would overflow squares: every pixel of their tiles is left
+// to the host.
 const GREATEST_RADIUS = 0x1p40;
 
-// The greater and the lesser of two numbers that are not negative: as bits, as software devices take several instructions for floats, for the
-// sake of NaN, and one for integers.
+// The greater and the lesser of two numbers that are not negative: as bits, as software devices
+// take several instructions for floats, for the sake of NaN, and one for integers.
 fn greater(a: f32, b: f32) -> f32 {
     return bitcast<f32>(max(bitcast<i32>(a), bitcast<i32>(b)));
 }
@@ -94,14 +98,16 @@ fn lesser(a: f32, b: f32) -> f32 {
     return bitcast<f32>(min(bitcast<i32>(a), bitcast<i32>(b)));
 }
 
-// At least the square root of a normal positive number, and at most 1.061 times it: half of its bits. They are those of (1 + (1 + m)) / 2 or of
-// (2 + (1 + m)) / 2 for a mantissa 1 + m, as its exponent is even or odd: arithmetic means of 1 or 2 and 1 + m, whose geometric mean is the root. One
-// is added for the bit that is dropped.
+// At least the square root of a normal positive number, and at most 1.061 times it: half of its
+// bits. They are those of (1 + (1 + m)) / 2 or of (2 + (1 + m)) / 2 for a mantissa 1 + m, as its
+// exponent is even or odd: arithmetic means of 1 or 2 and 1 + m, whose geometric mean is the root.
+// One is added for the bit that is dropped.
 fn above_root(x: f32) -> f32 {
     return bitcast<f32>((bitcast<u32>(x) >> 1u) + 0x1fc00001u);
 }
 
-// Loaded whole, and before anything else: where some lanes have returned, software devices fetch numbers one lane at a time.
+// Loaded whole, and before anything else: where some lanes have returned, software devices fetch
+// numbers one lane at a time.
 @group(0) @binding(0) var<uniform> uniforms: Frame;
 // Centre in fixed point (x, y, z), bits of the radius in fixed-point units as f32.
 @group(0) @binding(1) var<storage, read> records: array<vec4<i32>>;

@@ -1,9 +1,11 @@
-//! Which spheres may be seen in which tile, roughly front to back: lists by one pass over the spheres and a counting sort.
+//! Which spheres may be seen in which tile, roughly front to back: lists by one pass over the
+//! spheres and a counting sort.
 //!
-//! A tile is a square of pixels; its list is split into *slabs* of depth by each sphere's nearest point, so that drawing can
-//! stop early. Lists are conservative: a sphere that is not listed for a tile is seen at none of its pixels. Both devices use
-//! them. Spheres are read where they lie, projected in batches, and only what is kept is written. Where the lists of all
-//! spheres would be too long for memory, they come in *waves*; what is drawn from them does not depend on the order.
+//! A tile is a square of pixels; its list is split into *slabs* of depth by each sphere's nearest
+//! point, so that drawing can stop early. Lists are conservative: a sphere that is not listed for a
+//! tile is seen at none of its pixels. Both devices use them. Spheres are read where they lie,
+//! projected in batches, and only what is kept is written. Where the lists of all spheres would be
+//! too long for memory, they come in *waves*; what is drawn from them does not depend on the order.
 
 use std::ops::Range;
 
@@ -21,7 +23,8 @@ use crate::{
 pub const EDGE: f64 = 4.0 * U;
 /// Slabs of a tile, at most.
 const MOST_SLABS: u64 = 64;
-/// A tile misses a disc if it is farther from the middle than the radius by this many position bounds, see [`Binner::misses`].
+/// A tile misses a disc if it is farther from the middle than the radius by this many position
+/// bounds, see [`Binner::misses`].
 pub const APART: f64 = 1.5;
 
 /// Of fewer spheres lists are made by one thread.
@@ -56,7 +59,10 @@ impl Grid {
             let s = projector.project(corner, bounds.max_radius);
             (low, high) = (low.min(s.nearest()), high.max(s.z));
         }
-        (low, high) = (low.max(projector.near - 2.0 * bounds.max_radius * projector.scale), high.min(projector.far));
+        (low, high) = (
+            low.max(projector.near - 2.0 * bounds.max_radius * projector.scale),
+            high.min(projector.far),
+        );
         let per_depth = 1.0 / (high - low);
         let usable = per_depth.is_finite() && per_depth > 0.0 && low.is_finite();
         let per_depth = if usable { per_depth } else { 0.0 };
@@ -75,7 +81,11 @@ impl Grid {
     /// The same with so many slabs, if there can be several.
     fn with_slabs(self, slabs: u32) -> Self {
         if self.per_depth > 0.0 {
-            Self { slabs, per_depth: self.per_depth * (f64::from(slabs) / f64::from(self.slabs)), ..self }
+            Self {
+                slabs,
+                per_depth: self.per_depth * (f64::from(slabs) / f64::from(self.slabs)),
+                ..self
+            }
         } else {
             self
         }
@@ -111,8 +121,8 @@ impl Grid {
         if slab == 0 {
             return f64::NEG_INFINITY;
         }
-        // Above the slab's edge by `slab`: the difference and the product there are within 2 u of it, the quotient here within
-        // u, and the sums round by u of what they give.
+        // Above the slab's edge by `slab`: the difference and the product there are within 2 u of
+        // it, the quotient here within u, and the sums round by u of what they give.
         let depth = f64::from(slab) / self.per_depth;
         let edge = self.start + depth;
         edge - EDGE * (depth + edge.abs())
@@ -157,7 +167,8 @@ pub fn towards_eye(depth: f64) -> f32 {
     if f64::from(rounded) > depth { rounded.next_down() } else { rounded }
 }
 
-/// Which spheres go into a tile's list: those that begin in a range of depths, and pass a closer look.
+/// Which spheres go into a tile's list: those that begin in a range of depths, and pass a closer
+/// look.
 pub trait Keep: Sync {
     /// The least and the greatest depth at which what is kept begins.
     fn depths(&self, tile: usize) -> [f64; 2];
@@ -167,8 +178,9 @@ pub trait Keep: Sync {
         f64::INFINITY
     }
 
-    /// A sphere that is seen in all of a tile where nothing else is, and hides all that is not kept there: its index, and where it begins. It is
-    /// listed only where something else may lie farther than that, or more is to come in later lists.
+    /// A sphere that is seen in all of a tile where nothing else is, and hides all that is not kept
+    /// there: its index, and where it begins. It is listed only where something else may lie
+    /// farther than that, or more is to come in later lists.
     #[inline(always)]
     fn behind(&self, _tile: usize) -> Option<(u32, f64)> {
         None
@@ -206,11 +218,13 @@ fn outside(depth: f64, [least, greatest]: [f64; 2]) -> bool {
 
 /// The lists of all tiles.
 pub struct Lists<I> {
-    /// `entries[starts[k]..starts[k + 1]]` is slab `k % slabs` of tile `k / slabs`; or tile `k`, see [`Item::BY_TILE`].
+    /// `entries[starts[k]..starts[k + 1]]` is slab `k % slabs` of tile `k / slabs`; or tile `k`,
+    /// see [`Item::BY_TILE`].
     pub starts: Vec<u32>,
     /// Spheres, tile by tile, slab by slab.
     pub entries: Vec<I>,
-    /// For each tile that has entries the least depth at which one begins, see [`Item::BY_TILE`]; of others it says nothing.
+    /// For each tile that has entries the least depth at which one begins, see [`Item::BY_TILE`];
+    /// of others it says nothing.
     pub nearest: Vec<f64>,
     /// What was met on the way.
     pub met: Met,
@@ -219,7 +233,8 @@ pub struct Lists<I> {
 /// What a pass over spheres met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Spheres that a pixel's ray may meet in the clip range, and all of a group that is hidden as a whole.
+    /// Spheres that a pixel's ray may meet in the clip range, and all of a group that is hidden as
+    /// a whole.
     pub on_screen: usize,
     /// Spheres that are in a list, or in several.
     pub listed: usize,
@@ -256,7 +271,8 @@ impl<I> Lists<I> {
 pub struct Binner<'a> {
     /// The spheres.
     pub scene: &'a Scene,
-    /// The same in order: then groups are looked at first, ranges count groups, and indices are places in the order.
+    /// The same in order: then groups are looked at first, ranges count groups, and indices are
+    /// places in the order.
     pub ordered: Option<&'a Ordered>,
     /// The camera.
     pub projector: Projector,
@@ -282,14 +298,16 @@ impl<'a> Binner<'a> {
     /// With as many slabs as what is kept is worth, as a part of the groups tells.
     pub fn for_kept<K: Keep>(mut self, keep: &K) -> Self {
         let share = simd::dispatch(Share { binner: &self, keep });
-        // Where little is to be seen, lists are short, and slabs that hold next to nothing cost more than they tell.
+        // Where little is to be seen, lists are short, and slabs that hold next to nothing cost
+        // more than they tell.
         let kept = 0.25 * share * self.scene.len() as f64;
         self.grid = self.grid.with_slabs(Grid::wanted(self.grid.tiles(), kept));
         self.little = kept < LITTLE;
         self
     }
 
-    /// Pixels that the boxes of what is kept cover in each slab of each tile, `[tile * slabs + slab]`, looking at one batch of the scene in `step`.
+    /// Pixels that the boxes of what is kept cover in each slab of each tile, `[tile * slabs +
+    /// slab]`, looking at one batch of the scene in `step`.
     pub fn sample<K: Keep>(&self, step: usize, keep: &K) -> Vec<u64> {
         let mut areas = vec![0u64; self.grid.tiles() * self.grid.slabs as usize];
         for first in (0..self.scene.len()).step_by(step * BATCH) {
@@ -300,7 +318,8 @@ impl<'a> Binner<'a> {
                 keep,
                 limit: usize::MAX,
                 emit: |key: usize, _, _, _, _, [left, right, top, bottom]: Window| {
-                    areas[key] += step as u64 * u64::from(right - left + 1) * u64::from(bottom - top + 1);
+                    areas[key] +=
+                        step as u64 * u64::from(right - left + 1) * u64::from(bottom - top + 1);
                     0
                 },
             });
@@ -310,7 +329,8 @@ impl<'a> Binner<'a> {
 
     /// Lists of what is kept of the spheres that are left; takes them out of `left`.
     ///
-    /// Ends early, with spheres left, when about `limit` entries have come together. The memory of `workspace` is used again.
+    /// Ends early, with spheres left, when about `limit` entries have come together. The memory of
+    /// `workspace` is used again.
     pub fn lists<'w, I: Item, K: Keep>(
         &self,
         left: &mut [Range<usize>],
@@ -325,7 +345,12 @@ impl<'a> Binner<'a> {
         found.resize_with(left.len(), Found::default);
         let look = |(left, found): (&mut Range<usize>, &mut Found<I>)| {
             found.clear(keys, if I::BY_TILE { tiles } else { 0 });
-            let emit = |key: usize, tile: usize, sphere: Projected, nearest: f64, index: u32, window: Window| {
+            let emit = |key: usize,
+                        tile: usize,
+                        sphere: Projected,
+                        nearest: f64,
+                        index: u32,
+                        window: Window| {
                 if I::BY_TILE
                     && let Some((_, begins)) = keep.behind(tile)
                 {
@@ -333,7 +358,8 @@ impl<'a> Binner<'a> {
                 }
                 found.add(key, tile, nearest, I::new(sphere, nearest, index, window))
             };
-            (left.start, found.met) = simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
+            (left.start, found.met) =
+                simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
         };
         if self.little {
             left.iter_mut().zip(&mut *found).for_each(look);
@@ -345,7 +371,9 @@ impl<'a> Binner<'a> {
         found.iter().for_each(|found| lists.met += found.met);
         lists.nearest.resize(if I::BY_TILE { tiles } else { 0 }, f64::INFINITY);
         // Tiles that have entries, a bit for each, if these are few.
-        let few = I::BY_TILE && whole && found.iter().map(|found| found.keys.len()).sum::<usize>() < tiles / 4;
+        let few = I::BY_TILE
+            && whole
+            && found.iter().map(|found| found.keys.len()).sum::<usize>() < tiles / 4;
         let mut touched = vec![0u64; if few { tiles.div_ceil(64) } else { 0 }];
         for &key in found.iter().filter(|_| few).flat_map(|found| &found.keys) {
             let tile = key as usize / slabs;
@@ -363,7 +391,8 @@ impl<'a> Binner<'a> {
                     lists.starts.resize(tile, total);
                 }
                 lists.starts.push(total);
-                let mut nearest = found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
+                let mut nearest =
+                    found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
                 if !listed
                     && let Some((index, begins)) = keep.behind(tile)
                     && (!whole || found.iter().any(|found| found.mixed[tile]))
@@ -381,7 +410,9 @@ impl<'a> Binner<'a> {
             let keys = tile * slabs..(tile + 1) * slabs;
             next.fill(0);
             for part in &*found {
-                next.iter_mut().zip(&part.counts[keys.clone()]).for_each(|(sum, count)| *sum += count);
+                next.iter_mut()
+                    .zip(&part.counts[keys.clone()])
+                    .for_each(|(sum, count)| *sum += count);
             }
             for next in &mut *next {
                 if !I::BY_TILE {
@@ -424,8 +455,8 @@ impl<'a> Binner<'a> {
                 let at = counts[*key as usize];
                 counts[*key as usize] += 1;
                 assert!((at as usize) < limit, "more entries than were counted");
-                // SAFETY: `at` lies inside the allocation, and nothing else writes it: the scan gave this part and key a
-                // range of its own, as long as the number of its items.
+                // SAFETY: `at` lies inside the allocation, and nothing else writes it: the scan
+                // gave this part and key a range of its own, as long as the number of its items.
                 unsafe { target.0.add(at as usize).write(*item) };
             }
         };
@@ -453,8 +484,8 @@ impl<I> Default for Workspace<I> {
     }
 }
 
-/// What one thread finds. Lengths of vectors change with every item: two threads' must not share a cache line, nor a pair of lines, which are
-/// fetched together.
+/// What one thread finds. Lengths of vectors change with every item: two threads' must not share a
+/// cache line, nor a pair of lines, which are fetched together.
 #[repr(align(128))]
 struct Found<I> {
     items: Vec<I>,
@@ -471,7 +502,8 @@ struct Found<I> {
 }
 
 impl<I: Item> Found<I> {
-    /// Nothing is found yet of so many keys, and tiles if these are told apart, see [`Item::BY_TILE`].
+    /// Nothing is found yet of so many keys, and tiles if these are told apart, see
+    /// [`Item::BY_TILE`].
     fn clear(&mut self, keys: usize, tiles: usize) {
         if self.counts.len() == keys && self.nearest.len() == tiles && self.keys.len() < keys / 8 {
             // Few were written, and tiles have as many slabs as then.
@@ -494,7 +526,8 @@ impl<I: Item> Found<I> {
         self.keys.clear();
     }
 
-    /// An item that begins at a depth, in a slab of a tile's list by its number. Returns how many items there are.
+    /// An item that begins at a depth, in a slab of a tile's list by its number. Returns how many
+    /// items there are.
     #[inline(always)]
     fn add(&mut self, key: usize, tile: usize, nearest: f64, item: I) -> usize {
         if I::BY_TILE {
@@ -542,7 +575,8 @@ fn split_into(all: Range<usize>, least: usize, multiple: usize) -> Vec<Range<usi
         .collect()
 }
 
-/// Projects spheres and hands out what is kept, tile by tile; ends early once `emit` answers `limit` or more.
+/// Projects spheres and hands out what is kept, tile by tile; ends early once `emit` answers
+/// `limit` or more.
 struct Visit<'a, K, F> {
     binner: &'a Binner<'a>,
     spheres: Range<usize>,
@@ -551,7 +585,9 @@ struct Visit<'a, K, F> {
     emit: F,
 }
 
-impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> simd::Work for Visit<'_, K, F> {
+impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> simd::Work
+    for Visit<'_, K, F>
+{
     /// The first sphere, or group, that was not looked at, and what was met before it.
     type Output = (usize, Met);
 
@@ -603,9 +639,17 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> simd
 }
 
 impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visit<'_, K, F> {
-    /// The first spheres of a batch that is projected; they are numbered from `first` on. Answers with what `emit` said last.
+    /// The first spheres of a batch that is projected; they are numbered from `first` on. Answers
+    /// with what `emit` said last.
     #[inline(always)]
-    fn batch(&mut self, batch: &mut Batch, len: usize, farthest: f64, first: usize, met: &mut Met) -> usize {
+    fn batch(
+        &mut self,
+        batch: &mut Batch,
+        len: usize,
+        farthest: f64,
+        first: usize,
+        met: &mut Met,
+    ) -> usize {
         let Binner { projector, grid, .. } = self.binner;
         projector.footprints(batch);
         let last_tile = grid.tiles() as i32 - 1;
@@ -617,8 +661,8 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
         }
         let mut seen = on_screen & !behind;
         if seen.count_ones() > 8 {
-            // A sphere inside one tile, as most small ones are, can be told by that tile's depths. Off screen, the
-            // tile is made up, and the answer not used.
+            // A sphere inside one tile, as most small ones are, can be told by that tile's depths.
+            // Off screen, the tile is made up, and the answer not used.
             let (mut tiles, mut several) = ([0; BATCH], 0u64);
             for k in 0..BATCH {
                 let (left, right) = (batch.left[k] >> grid.shift, batch.right[k] >> grid.shift);
@@ -628,7 +672,8 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
             }
             let mut gone = 0u64;
             for k in 0..BATCH {
-                gone |= u64::from(outside(batch.nearest[k], self.keep.depths(tiles[k] as usize))) << k;
+                gone |=
+                    u64::from(outside(batch.nearest[k], self.keep.depths(tiles[k] as usize))) << k;
             }
             seen &= !gone | several;
         }
@@ -644,18 +689,21 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
         found
     }
 
-    /// Offers a sphere to its tiles. Returns what `emit` said last, and whether the sphere lies behind all else in some.
+    /// Offers a sphere to its tiles. Returns what `emit` said last, and whether the sphere lies
+    /// behind all else in some.
     #[inline(always)]
     fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> (usize, bool) {
         let grid = &self.binner.grid;
-        let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
+        let (left, right, top, bottom) =
+            (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
         let (left_tile, right_tile) = (left >> grid.shift, right >> grid.shift);
         let (top_tile, bottom_tile) = (top >> grid.shift, bottom >> grid.shift);
         let nearest = batch.nearest[k];
         let last = (1 << grid.shift) - 1;
         let mut behind = false;
         let keep = self.keep;
-        let tile_at = |column: i32, row: i32| row as usize * grid.columns as usize + column as usize;
+        let tile_at =
+            |column: i32, row: i32| row as usize * grid.columns as usize + column as usize;
         let covers = |tile: usize| keep.behind(tile).is_some_and(|(other, _)| other == index);
         let mut offer = |tile: usize, window: Window| {
             if covers(tile) {
@@ -668,7 +716,10 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
         if left_tile == right_tile && top_tile == bottom_tile {
             // Most small spheres.
             let inside = |value: i32| (value & last) as u8;
-            offer(tile_at(left_tile, top_tile), [inside(left), inside(right), inside(top), inside(bottom)]);
+            offer(
+                tile_at(left_tile, top_tile),
+                [inside(left), inside(right), inside(top), inside(bottom)],
+            );
             return (found, behind);
         }
         let many = right_tile - left_tile > 1 && bottom_tile - top_tile > 1;
@@ -701,12 +752,16 @@ impl<K: Keep> simd::Work for Share<'_, K> {
         // So many batches tell enough.
         const BATCHES: usize = 64;
         let Self { binner, keep } = self;
-        let Some((_, groups)) = binner.ordered.and_then(|ordered| ordered.groups.blocks().next()) else { return 1.0 };
+        let Some((_, groups)) = binner.ordered.and_then(|ordered| ordered.groups.blocks().next())
+        else {
+            return 1.0;
+        };
         let mut around = Batch::default();
         let (farthest, mut seen, mut of) = (keep.farthest(), 0, 0);
         let step = groups.len().div_ceil(BATCHES * BATCH) * BATCH;
         for some in (0..groups.len()).step_by(step) {
-            let [on_screen, hidden] = binner.groups_seen(groups, (keep, farthest), some..groups.len(), &mut around);
+            let [on_screen, hidden] =
+                binner.groups_seen(groups, (keep, farthest), some..groups.len(), &mut around);
             seen += (on_screen & !hidden).count_ones();
             of += around.len;
         }
@@ -715,8 +770,8 @@ impl<K: Keep> simd::Work for Share<'_, K> {
 }
 
 impl Binner<'_> {
-    /// Of the first batch of some groups: which are on the screen, and of which of these nothing is kept, as it all begins too far away; a bit for
-    /// each. `farthest` is [`Keep::farthest`].
+    /// Of the first batch of some groups: which are on the screen, and of which of these nothing is
+    /// kept, as it all begins too far away; a bit for each. `farthest` is [`Keep::farthest`].
     #[inline(always)]
     fn groups_seen<K: Keep>(
         &self,
@@ -734,11 +789,15 @@ impl Binner<'_> {
             let k = left.trailing_zeros() as usize;
             left &= left - 1;
             let nearest = around.nearest[k];
-            let tiles = |first: i32, last: i32| (first >> grid.shift) as usize..=(last >> grid.shift) as usize;
+            let tiles = |first: i32, last: i32| {
+                (first >> grid.shift) as usize..=(last >> grid.shift) as usize
+            };
             let hides = || {
                 tiles(around.top[k], around.bottom[k]).all(|row| {
                     let mut columns = tiles(around.left[k], around.right[k]);
-                    columns.all(|column| nearest > keep.depths(row * grid.columns as usize + column)[1])
+                    columns.all(|column| {
+                        nearest > keep.depths(row * grid.columns as usize + column)[1]
+                    })
                 })
             };
             hidden |= u64::from(nearest > farthest || hides()) << k;
@@ -746,7 +805,8 @@ impl Binner<'_> {
         [on_screen, hidden]
     }
 
-    /// Whether a tile inside a sphere's bounding box lies outside its disc, for certain; only told for parallel rays.
+    /// Whether a tile inside a sphere's bounding box lies outside its disc, for certain; only told
+    /// for parallel rays.
     #[inline(always)]
     pub fn misses(&self, sphere: &Projected, column: i32, row: i32) -> bool {
         if self.projector.projection == crate::camera::Projection::Perspective {
@@ -754,14 +814,16 @@ impl Binner<'_> {
         }
         let Region { width, height, .. } = self.projector.region;
         let first = |tile: i32| (tile as usize) << self.grid.shift;
-        let last = |tile: i32, count: u32| (first(tile) + (1 << self.grid.shift) - 1).min(count as usize - 1);
+        let last = |tile: i32, count: u32| {
+            (first(tile) + (1 << self.grid.shift) - 1).min(count as usize - 1)
+        };
         let (columns, rows) = (&self.projector.columns, &self.projector.rows);
         let apart = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
         let dx = apart(columns[first(column)], columns[last(column, width)], sphere.x);
         let dy = apart(rows[last(row, height)], rows[first(row)], sphere.y);
-        // Each of dx, dy is within `7 u L + 3 u |dx|` of the truth (see `crate::filter`), so that the distance is within
-        // `sqrt 2 (7 u L) + 4.3 u d`; the squares and sums
-        // round by 2.5 u as distances. `1.5 P` is `12 u (L + r)`.
+        // Each of dx, dy is within `7 u L + 3 u |dx|` of the truth (see `crate::filter`), so that
+        // the distance is within `sqrt 2 (7 u L) + 4.3 u d`; the squares and sums round by 2.5 u as
+        // distances. `1.5 P` is `12 u (L + r)`.
         let reach = sphere.r + APART * sphere.bound();
         dx * dx + dy * dy > reach * reach
     }

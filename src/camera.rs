@@ -1,8 +1,9 @@
 //! From where it is seen: the camera, and a camera together with an image size.
 //!
-//! Everything here is the f64 numbers of the contract, unrounded; the orthonormal axes, which are irrational in general,
-//! are made by [`crate::exact::axes`]. The spaces: *world* is the scene's own; *view* has its origin at the camera,
-//! x along `right`, y along `up`, z (the depth) along the view direction, in world units.
+//! Everything here is the f64 numbers of the contract, unrounded; the orthonormal axes, which are
+//! irrational in general, are made by [`crate::exact::axes`]. The spaces: *world* is the scene's
+//! own; *view* has its origin at the camera, x along `right`, y along `up`, z (the depth) along the
+//! view direction, in world units.
 
 use glam::DVec3;
 
@@ -64,7 +65,8 @@ pub enum CameraError {
     ZeroView,
     /// Up is zero.
     #[error(
-        "up is zero; give a vector that is not parallel to the view direction, or none: then it is [0.0, 0.0, 1.0]"
+        "up is zero; give a vector that is not parallel to the view direction, or none: then it \
+         is [0.0, 0.0, 1.0]"
     )]
     UpZero,
     /// Up and view are parallel.
@@ -101,14 +103,17 @@ pub enum ViewError {
     #[error("the image is {} x {} pixels; give 1 to {MAX_SIDE} a side", .0.width, .0.height)]
     Image(ImageSize),
     /// The camera or the image size was changed after the view was made of them.
-    #[error("the view was changed after it was made; make it anew: View::new(view.camera, view.image)")]
+    #[error(
+        "the view was changed after it was made; make it anew: View::new(view.camera, view.image)"
+    )]
     Stale,
     /// The region has no pixels.
     #[error("the region is {} x {} pixels; give at least 1 x 1", .0.width, .0.height)]
     Empty(Region),
     /// The region is not a part of the image.
     #[error(
-        "the region {},{},{},{} (x,y,w,h) reaches outside of the image of {} x {} pixels; keep it inside",
+        "the region {},{},{},{} (x,y,w,h) reaches outside of the image of {} x {} pixels; keep it \
+         inside",
         .region.x, .region.y, .region.width, .region.height, .image.width, .image.height
     )]
     Outside {
@@ -153,7 +158,11 @@ impl Camera {
             return Err(CameraError::UpParallel);
         }
         let side = |what, value: f64| {
-            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(CameraError::Size { what, value }) }
+            if value.is_finite() && value > 0.0 {
+                Ok(())
+            } else {
+                Err(CameraError::Size { what, value })
+            }
         };
         match self.size {
             ScreenSize::Width(width) => side("width", width)?,
@@ -241,7 +250,8 @@ pub struct View {
     pub pitch_y: Pitch,
 }
 
-/// A ray in world space, rounded to f64: `origin + t direction`, `t` the distance along the view direction.
+/// A ray in world space, rounded to f64: `origin + t direction`, `t` the distance along the view
+/// direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where `t` is 0.
@@ -255,8 +265,12 @@ impl View {
     pub fn new(camera: Camera, image: ImageSize) -> Self {
         let (across, down) = (image.width, image.height);
         let (pitch_x, pitch_y) = match camera.size {
-            ScreenSize::Width(length) => (Pitch { length, divisor: across }, Pitch { length, divisor: across }),
-            ScreenSize::Height(length) => (Pitch { length, divisor: down }, Pitch { length, divisor: down }),
+            ScreenSize::Width(length) => {
+                (Pitch { length, divisor: across }, Pitch { length, divisor: across })
+            }
+            ScreenSize::Height(length) => {
+                (Pitch { length, divisor: down }, Pitch { length, divisor: down })
+            }
             ScreenSize::Both { width, height } => {
                 (Pitch { length: width, divisor: across }, Pitch { length: height, divisor: down })
             }
@@ -264,7 +278,8 @@ impl View {
         Self { camera, image, pitch_x, pitch_y }
     }
 
-    /// Whether a region of this view has a picture. Every device, and every plane, asks this before any work.
+    /// Whether a region of this view has a picture. Every device, and every plane, asks this before
+    /// any work.
     ///
     /// # Errors
     /// The first rule that is broken: of the camera, the image size, the view, the region.
@@ -280,7 +295,9 @@ impl View {
         if region.width == 0 || region.height == 0 {
             return Err(ViewError::Empty(region));
         }
-        let inside = |first: u32, count: u32, side: u32| first.checked_add(count).is_some_and(|end| end <= side);
+        let inside = |first: u32, count: u32, side: u32| {
+            first.checked_add(count).is_some_and(|end| end <= side)
+        };
         if inside(region.x, region.width, width) && inside(region.y, region.height, height) {
             Ok(())
         } else {
@@ -288,26 +305,34 @@ impl View {
         }
     }
 
-    /// `2 i + 1 - width`: the sample of column `i` lies at exactly `odd_x(i) * pitch_x / 2` on the screen.
+    /// `2 i + 1 - width`: the sample of column `i` lies at exactly `odd_x(i) * pitch_x / 2` on the
+    /// screen.
     pub fn odd_x(&self, column: u32) -> i32 {
         2 * column as i32 + 1 - self.image.width as i32
     }
 
-    /// `height - 1 - 2 j`: the sample of row `j` lies at exactly `odd_y(j) * pitch_y / 2` on the screen.
+    /// `height - 1 - 2 j`: the sample of row `j` lies at exactly `odd_y(j) * pitch_y / 2` on the
+    /// screen.
     pub fn odd_y(&self, row: u32) -> i32 {
         self.image.height as i32 - 1 - 2 * row as i32
     }
 
-    /// The ray of pixel (`column`, `row`) in world space, each number within a few units in the last place.
+    /// The ray of pixel (`column`, `row`) in world space, each number within a few units in the
+    /// last place.
     pub fn ray(&self, column: u32, row: u32) -> Ray {
         let axes = crate::exact::axes::Axes::new(&self.camera);
-        let [right, up, forward] = [axes.right, axes.up, axes.forward].map(crate::exact::axes::Axis::nearest);
+        let [right, up, forward] =
+            [axes.right, axes.up, axes.forward].map(crate::exact::axes::Axis::nearest);
         let x = 0.5 * f64::from(self.odd_x(column)) * self.pitch_x.to_f64();
         let y = 0.5 * f64::from(self.odd_y(row)) * self.pitch_y.to_f64();
         let on_screen = x * right + y * up;
         match self.camera.projection {
-            Projection::Orthographic => Ray { origin: self.camera.origin + on_screen, direction: forward },
-            Projection::Perspective => Ray { origin: self.camera.origin, direction: forward + on_screen },
+            Projection::Orthographic => {
+                Ray { origin: self.camera.origin + on_screen, direction: forward }
+            }
+            Projection::Perspective => {
+                Ray { origin: self.camera.origin, direction: forward + on_screen }
+            }
         }
     }
 }

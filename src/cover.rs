@@ -1,8 +1,9 @@
 //! What a few large spheres hide, known before anything is drawn.
 //!
-//! A sphere hides what begins behind it in a block of pixels that it covers whole. Its depth there is greatest at a corner: rays that
-//! meet the ball nearer than some depth meet the part of it before a plane, which is convex, and so is that part's picture.
-//! So the four pixels in the corners tell, with the bounds of [`crate::filter`].
+//! A sphere hides what begins behind it in a block of pixels that it covers whole. Its depth there
+//! is greatest at a corner: rays that meet the ball nearer than some depth meet the part of it
+//! before a plane, which is convex, and so is that part's picture. So the four pixels in the
+//! corners tell, with the bounds of [`crate::filter`].
 
 use std::ops::Range;
 
@@ -66,10 +67,15 @@ impl Cover {
         scene.bounds().max_radius >= 8.0 * scene.bounds().min_radius
     }
 
-    /// The depth behind which nothing is seen in the block of a column and a row of blocks; beyond the region, nothing is.
+    /// The depth behind which nothing is seen in the block of a column and a row of blocks; beyond
+    /// the region, nothing is.
     pub fn depth(&self, column: usize, row: usize) -> f64 {
         let inside = column < self.columns;
-        self.depths.get(row * self.columns + column).filter(|_| inside).copied().unwrap_or(f64::NEG_INFINITY)
+        self.depths
+            .get(row * self.columns + column)
+            .filter(|_| inside)
+            .copied()
+            .unwrap_or(f64::NEG_INFINITY)
     }
 
     /// The depths behind which nothing is seen, block by block.
@@ -95,23 +101,42 @@ impl Cover {
             return;
         }
         let margins = Margins::new::<PERSPECTIVE>(sphere, projector.screen);
-        let [width, height] = [projector.region.width, projector.region.height].map(|side| side as usize);
+        let [width, height] =
+            [projector.region.width, projector.region.height].map(|side| side as usize);
         let [x, y] = projector.extent::<PERSPECTIVE>(sphere);
         // Whole blocks inside its box; a cast of what is below 0 or NaN gives 0.
         let inside = |[first, last]: [f64; 2], pixels: usize| {
-            let end = if last >= pixels as f64 - 1.0 { pixels } else { (last as usize + 1) / BLOCK * BLOCK };
+            let end = if last >= pixels as f64 - 1.0 {
+                pixels
+            } else {
+                (last as usize + 1) / BLOCK * BLOCK
+            };
             (first.ceil() as usize).next_multiple_of(BLOCK).min(end)..end
         };
         let (across, down) = (inside(x, width), inside(y, height));
-        for top in down.clone().step_by(BLOCK).filter(|top| top % SQUARE == 0 || *top == down.start) {
+        for top in down.clone().step_by(BLOCK).filter(|top| top % SQUARE == 0 || *top == down.start)
+        {
             let rows = top..(top / SQUARE * SQUARE + SQUARE).min(down.end);
-            for left in across.clone().step_by(BLOCK).filter(|left| left % SQUARE == 0 || *left == across.start) {
+            for left in across
+                .clone()
+                .step_by(BLOCK)
+                .filter(|left| left % SQUARE == 0 || *left == across.start)
+            {
                 let columns = left..(left / SQUARE * SQUARE + SQUARE).min(across.end);
-                let whole = greatest::<PERSPECTIVE>(projector, sphere, &margins, columns.clone(), rows.clone());
+                let whole = greatest::<PERSPECTIVE>(
+                    projector,
+                    sphere,
+                    &margins,
+                    columns.clone(),
+                    rows.clone(),
+                );
                 for row in rows.clone().step_by(BLOCK) {
                     for column in columns.clone().step_by(BLOCK) {
                         let of_block = || {
-                            let [across, down] = [column..(column + BLOCK).min(width), row..(row + BLOCK).min(height)];
+                            let [across, down] = [
+                                column..(column + BLOCK).min(width),
+                                row..(row + BLOCK).min(height),
+                            ];
                             greatest::<PERSPECTIVE>(projector, sphere, &margins, across, down)
                         };
                         if let Some(depth) = whole.or_else(of_block) {
@@ -128,7 +153,12 @@ impl Cover {
 }
 
 /// Whether a sphere is certainly met, and not cut, at all pixels of a rectangle.
-pub fn covers(projector: &Projector, sphere: &Projected, columns: Range<usize>, rows: Range<usize>) -> bool {
+pub fn covers(
+    projector: &Projector,
+    sphere: &Projected,
+    columns: Range<usize>,
+    rows: Range<usize>,
+) -> bool {
     let greatest = match projector.projection {
         Projection::Orthographic => greatest::<false>,
         Projection::Perspective => greatest::<true>,
@@ -140,7 +170,8 @@ pub fn covers(projector: &Projector, sphere: &Projected, columns: Range<usize>, 
     !projector.cuts(sphere) && greatest(projector, sphere, &margins, columns, rows).is_some()
 }
 
-/// The greatest depth of a sphere that no plane cuts over a rectangle of pixels; none unless it certainly covers all of them.
+/// The greatest depth of a sphere that no plane cuts over a rectangle of pixels; none unless it
+/// certainly covers all of them.
 fn greatest<const PERSPECTIVE: bool>(
     projector: &Projector,
     sphere: &Projected,
@@ -154,7 +185,12 @@ fn greatest<const PERSPECTIVE: bool>(
         let line = Row::new::<PERSPECTIVE>(sphere, sy);
         for column in [columns.start, columns.end - 1] {
             let sx = projector.columns[column];
-            let look = line.look::<PERSPECTIVE>(margins, [projector.near, projector.far], f64::INFINITY, sx);
+            let look = line.look::<PERSPECTIVE>(
+                margins,
+                [projector.near, projector.far],
+                f64::INFINITY,
+                sx,
+            );
             let Look::Seen([_, high]) = look else { return None };
             let depth = if PERSPECTIVE { high / length(sx, sy) } else { high };
             greatest = greatest.max(depth + depth.abs() * BACK);

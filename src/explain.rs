@@ -1,7 +1,9 @@
-//! What a picture will take, before it is drawn: what runs, what is skipped and why, and how much memory that needs.
+//! What a picture will take, before it is drawn: what runs, what is skipped and why, and how much
+//! memory that needs.
 //!
-//! [`survey`] looks at the scene, [`Facts`] say the rest, and all else here is pure: [`lines`] puts the facts into words, and
-//! [`memory`] adds them up. `render --explain` prints the words, and `render` does not begin what cannot fit.
+//! [`survey`] looks at the scene, [`Facts`] say the rest, and all else here is pure: [`lines`] puts
+//! the facts into words, and [`memory`] adds them up. `render --explain` prints the words, and
+//! `render` does not begin what cannot fit.
 
 use crate::{
     bins::Binner,
@@ -13,16 +15,19 @@ use crate::{
     scene::Scene,
 };
 
-/// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene, by proportion where not all were looked at.
+/// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene,
+/// by proportion where not all were looked at.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Survey {
     /// One batch of 64 spheres in so many was looked at; 1: all.
     pub step: usize,
-    /// Spheres that no pixel's ray can meet: off the screen, outside the clip range, or between the rays.
+    /// Spheres that no pixel's ray can meet: off the screen, outside the clip range, or between the
+    /// rays.
     pub outside: u64,
     /// Spheres on the screen that a clip plane may cut.
     pub cut: u64,
-    /// Entries of tile lists before anything hides anything: a sphere has one in each tile that its box touches.
+    /// Entries of tile lists before anything hides anything: a sphere has one in each tile that its
+    /// box touches.
     pub entries: u64,
     /// Tiles.
     pub tiles: u64,
@@ -32,7 +37,8 @@ pub struct Survey {
     pub reaches: [bool; 2],
 }
 
-/// Looks at the spheres of a scene (at about `most` of them) as the tiles of a region have them, with sides of `1 << shift` pixels.
+/// Looks at the spheres of a scene (at about `most` of them) as the tiles of a region have them,
+/// with sides of `1 << shift` pixels.
 pub fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: usize) -> Survey {
     let step = scene.len().div_ceil(most.max(BATCH));
     let step = step.max(1);
@@ -47,13 +53,15 @@ pub fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: us
             projector.footprints(&mut batch);
             looked += batch.len as u64;
             for k in 0..batch.len {
-                let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
+                let (left, right, top, bottom) =
+                    (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
                 if left > right || top > bottom {
                     survey.outside += 1;
                     continue;
                 }
                 survey.cut += u64::from(projector.cuts(&batch.sphere(k)));
-                let [left, right, top, bottom] = [left, right, top, bottom].map(|at| at as usize >> shift);
+                let [left, right, top, bottom] =
+                    [left, right, top, bottom].map(|at| at as usize >> shift);
                 survey.entries += (right - left + 1) as u64 * (bottom - top + 1) as u64;
                 for row in top..=bottom {
                     touched[row * grid.columns as usize..][left..=right].fill(true);
@@ -62,12 +70,16 @@ pub fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: us
         }
     }
     survey.empty = touched.iter().filter(|touched| !**touched).count() as u64;
-    let whole = |part: u64| (u128::from(part) * scene.len() as u128 / u128::from(looked.max(1))) as u64;
-    (survey.outside, survey.cut, survey.entries) = (whole(survey.outside), whole(survey.cut), whole(survey.entries));
+    let whole =
+        |part: u64| (u128::from(part) * scene.len() as u128 / u128::from(looked.max(1))) as u64;
+    (survey.outside, survey.cut, survey.entries) =
+        (whole(survey.outside), whole(survey.cut), whole(survey.entries));
     if !scene.is_empty() {
         let bounds = scene.bounds();
         for corner in 0..8 {
-            let pick = |k: usize| if corner >> k & 1 == 0 { bounds.min_center[k] } else { bounds.max_center[k] };
+            let pick = |k: usize| {
+                if corner >> k & 1 == 0 { bounds.min_center[k] } else { bounds.max_center[k] }
+            };
             let s = projector.project([0, 1, 2].map(pick).into(), bounds.max_radius);
             // What overflows may reach anything.
             survey.reaches[0] |= !(s.nearest() > projector.near);
@@ -121,7 +133,8 @@ pub struct Facts {
     pub wave: [usize; 2],
     /// Pixels that the device draws at a time.
     pub band: usize,
-    /// Pixels of the planes that lie in memory at a time: a larger picture is written as it is drawn.
+    /// Pixels of the planes that lie in memory at a time: a larger picture is written as it is
+    /// drawn.
     pub held: usize,
     /// Whether a PNG is asked for.
     pub picture: bool,
@@ -137,7 +150,8 @@ pub struct Facts {
     pub survey: Survey,
 }
 
-/// Bytes that a picture needs beyond the scene itself (whose mapped files the system may drop and read again). On the safe side.
+/// Bytes that a picture needs beyond the scene itself (whose mapped files the system may drop and
+/// read again). On the safe side.
 pub fn memory(facts: &Facts) -> u64 {
     let pixels = facts.region.pixels().min(facts.held) as u64;
     let spheres = facts.spheres as u64;
@@ -146,16 +160,20 @@ pub fn memory(facts: &Facts) -> u64 {
     let base = 32 << 20;
     let waiting = if facts.palette { facts.region.pixels() as u64 - pixels } else { 0 };
     let ids = 4 * (pixels + waiting);
-    let planes = ids + 4 * pixels * u64::from(facts.depth) + u64::from(facts.visibility) * ((16 << 20) + spheres / 8);
+    let planes = ids
+        + 4 * pixels * u64::from(facts.depth)
+        + u64::from(facts.visibility) * ((16 << 20) + spheres / 8);
     let device = match facts.engine {
-        // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes several turns.
+        // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes
+        // several turns.
         Engine::Cpu { sampled, .. } => {
             let turns = facts.spheres >= sampled || facts.survey.entries > facts.wave[0] as u64;
             let state = u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64;
             state + u64::from(in_order(facts)) * order::BYTES * spheres
         }
-        // A part of the order of the spheres (which is made only where twice as much as all of it is free, see `order`, and nothing is
-        // refused for its sake); on a software device their copy, and all that is known of pixels.
+        // A part of the order of the spheres (which is made only where twice as much as all of it
+        // is free, see `order`, and nothing is refused for its sake); on a software device their
+        // copy, and all that is known of pixels.
         Engine::Gpu { software, .. } => {
             let band = facts.region.pixels().min(facts.band) as u64;
             let driver = if software { 96 << 20 } else { 160 << 20 };
@@ -165,7 +183,8 @@ pub fn memory(facts: &Facts) -> u64 {
     base + planes + entries + device
 }
 
-/// Whether the native device puts the spheres in order, as they are looked at for each of several bands.
+/// Whether the native device puts the spheres in order, as they are looked at for each of several
+/// bands.
 fn in_order(facts: &Facts) -> bool {
     matches!(facts.engine, Engine::Cpu { ordered, .. } if facts.spheres >= ordered)
         && facts.region.pixels().div_ceil(facts.band) > cpu::BANDS
@@ -188,20 +207,30 @@ pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     let part = match *region == Region::whole(*image) {
         true => String::new(),
-        false => format!(", of which {} x {} from {},{} are drawn", region.width, region.height, region.x, region.y),
+        false => format!(
+            ", of which {} x {} from {},{} are drawn",
+            region.width, region.height, region.x, region.y
+        ),
     };
     lines.push(("picture", format!("{} x {} pixels{part}", image.width, image.height)));
     lines.push(("device", facts.device.clone()));
     if *spheres == 0 {
-        lines
-            .push(("spheres", "none: nothing is projected, listed, drawn or decided; everything is background".into()));
+        lines.push((
+            "spheres",
+            "none: nothing is projected, listed, drawn or decided; everything is background".into(),
+        ));
     } else {
-        let looked = if all { "all were looked at".into() } else { format!("one in {} was looked at", survey.step) };
+        let looked = if all {
+            "all were looked at".into()
+        } else {
+            format!("one in {} was looked at", survey.step)
+        };
         let outside = match survey.outside {
             0 if all => "none is skipped at once".into(),
             outside => {
                 format!(
-                    "{about}{outside} are off screen, outside the clip range or between the rays: projected, then skipped"
+                    "{about}{outside} are off screen, outside the clip range or between the rays: \
+                     projected, then skipped"
                 )
             }
         };
@@ -211,7 +240,9 @@ pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
     lines.push(("planes", planes(facts)));
     if facts.picture {
         let kind = match facts.palette {
-            true => "a palette, if at most 256 colours are seen: all ids wait until the last is known",
+            true => {
+                "a palette, if at most 256 colours are seen: all ids wait until the last is known"
+            }
             false => "RGB, 8 bits a channel",
         };
         lines.push(("PNG", kind.into()));
@@ -240,7 +271,11 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
                 [true, false] => format!("near ({near})"),
                 _ => format!("far ({far})"),
             };
-            format!("spheres may reach {which}: {about}{} that may be cut are tested, the others are not", survey.cut)
+            format!(
+                "spheres may reach {which}: {about}{} that may be cut are tested, the others are \
+                 not",
+                survey.cut
+            )
         }
     };
     lines.push(("clip", clip));
@@ -248,7 +283,10 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
         1 => format!("{} of them with no sphere: skipped", survey.empty),
         _ => "those with no sphere are skipped".into(),
     };
-    lines.push(("tiles", format!("{} of {} x {} pixels, {empty}", survey.tiles, facts.tile, facts.tile)));
+    lines.push((
+        "tiles",
+        format!("{} of {} x {} pixels, {empty}", survey.tiles, facts.tile, facts.tile),
+    ));
     let waves = survey.entries.div_ceil(facts.wave[0].max(1) as u64).max(1);
     let bands = region.pixels().div_ceil(facts.band.max(1));
     let mut lists = format!("{about}{} entries if nothing were hidden, ", survey.entries);
@@ -262,21 +300,32 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
     lines.push(("lists", lists));
     let order = match facts.engine {
         Engine::Cpu { .. } if in_order(facts) => {
-            "in groups of neighbours, for all bands; groups off the screen or hidden are skipped whole".to_owned()
+            "in groups of neighbours, for all bands; groups off the screen or hidden are skipped \
+             whole"
+                .to_owned()
         }
         Engine::Cpu { sampled, .. } if *spheres >= sampled => {
             "front spheres first, by a sample; what they hide is not looked at again".to_owned()
         }
-        Engine::Cpu { sampled, .. } => format!("front to back in each tile; no sample first, below {sampled} spheres"),
+        Engine::Cpu { sampled, .. } => {
+            format!("front to back in each tile; no sample first, below {sampled} spheres")
+        }
         Engine::Gpu { chunk, .. } => {
             let buffers = spheres.div_ceil(chunk.max(1));
-            let words = if buffers == 1 { "one buffer".into() } else { format!("{buffers} buffers") };
-            format!("front to back in each tile; the spheres are sent to the device once, in {words}")
+            let words =
+                if buffers == 1 { "one buffer".into() } else { format!("{buffers} buffers") };
+            format!(
+                "front to back in each tile; the spheres are sent to the device once, in \
+                     {words}"
+            )
         }
     };
     lines.push(("order", order));
-    lines
-        .push(("exact", "only for what the bounds of the filter leave open; none of it runs where they do not".into()));
+    lines.push((
+        "exact",
+        "only for what the bounds of the filter leave open; none of it runs where they do not"
+            .into(),
+    ));
 }
 
 /// Which planes are made.
@@ -288,7 +337,8 @@ fn planes(facts: &Facts) -> String {
         (facts.visibility, "what merging needs"),
     ];
     let of = |wanted: bool| {
-        let names: Vec<&str> = all.iter().filter(|(is, _)| *is == wanted).map(|(_, name)| *name).collect();
+        let names: Vec<&str> =
+            all.iter().filter(|(is, _)| *is == wanted).map(|(_, name)| *name).collect();
         names.join(", ")
     };
     match (of(true), of(false)) {
@@ -350,18 +400,37 @@ mod tests {
             ),
             (
                 |_| {},
-                &["12 of them with no sphere", "150 entries", "all at once", "RGB, 8 bits", "no sample first"],
+                &[
+                    "12 of them with no sphere",
+                    "150 entries",
+                    "all at once",
+                    "RGB, 8 bits",
+                    "no sample first",
+                ],
                 &[],
             ),
             (|_| {}, &["picture; not asked for: ids, depths, what merging needs"], &[]),
-            (|f| f.spheres = 0, &["none: nothing is projected"], &["rays", "clip", "tiles", "lists"]),
+            (
+                |f| f.spheres = 0,
+                &["none: nothing is projected"],
+                &["rays", "clip", "tiles", "lists"],
+            ),
             (|f| f.survey.outside = 40, &["40 are off screen"], &["about 40", "none is skipped"]),
             (
                 |f| (f.survey.step, f.survey.outside, f.spheres) = (16, 40, 5000),
-                &["about 40 are off screen", "one in 16", "about 150 entries", "front spheres first"],
+                &[
+                    "about 40 are off screen",
+                    "one in 16",
+                    "about 150 entries",
+                    "front spheres first",
+                ],
                 &["12 of them"],
             ),
-            (|f| f.projection = Projection::Perspective, &["perspective rays"], &["parallel rays;"]),
+            (
+                |f| f.projection = Projection::Perspective,
+                &["perspective rays"],
+                &["parallel rays;"],
+            ),
             (|f| f.planes = [0.5, 9.0], &["no sphere reaches near (0.5) or far (9)"], &[]),
             (
                 |f| (f.planes, f.survey.reaches, f.survey.cut) = ([0.5, 9.0], [true, false], 3),
@@ -378,7 +447,11 @@ mod tests {
                 &["picture, ids, depths, what merging needs\n"],
                 &["not asked for"],
             ),
-            (|f| f.engine = Engine::Gpu { software: true, chunk: 30 }, &["in 4 buffers"], &["sample"]),
+            (
+                |f| f.engine = Engine::Gpu { software: true, chunk: 30 },
+                &["in 4 buffers"],
+                &["sample"],
+            ),
             (|f| f.engine = Engine::Gpu { software: false, chunk: 100 }, &["one buffer"], &[]),
             (
                 |f| f.region = Region { x: 3, y: 4, width: 50, height: 60 },
@@ -389,9 +462,14 @@ mod tests {
         for (k, (change, present, absent)) in table.iter().enumerate() {
             let mut facts = facts();
             change(&mut facts);
-            let text: String = lines(&facts).iter().map(|(topic, words)| format!("{topic}: {words}\n")).collect();
-            present.iter().for_each(|word| assert!(text.contains(word), "row {k} lacks {word:?}:\n{text}"));
-            absent.iter().for_each(|word| assert!(!text.contains(word), "row {k} has {word:?}:\n{text}"));
+            let text: String =
+                lines(&facts).iter().map(|(topic, words)| format!("{topic}: {words}\n")).collect();
+            present
+                .iter()
+                .for_each(|word| assert!(text.contains(word), "row {k} lacks {word:?}:\n{text}"));
+            absent
+                .iter()
+                .for_each(|word| assert!(!text.contains(word), "row {k} has {word:?}:\n{text}"));
         }
     }
 
@@ -413,14 +491,18 @@ mod tests {
         assert!(side(32768) == side(8192) && side(4096) < side(8192));
         let banded = |spheres: usize| {
             let mut facts = facts();
-            (facts.spheres, facts.region) = (spheres, Region { x: 0, y: 0, width: 8192, height: 8192 });
+            (facts.spheres, facts.region) =
+                (spheres, Region { x: 0, y: 0, width: 8192, height: 8192 });
             memory(&facts)
         };
         assert!(banded(1_000_000) - banded(500_000) == 500_000 * order::BYTES, "in order");
-        // Mapped spheres cost the native device nothing but a bit where they may be seen, a software device its copy.
+        // Mapped spheres cost the native device nothing but a bit where they may be seen, a
+        // software device its copy.
         assert!(with(|f| f.spheres = 999) == small);
         assert!(with(|f| f.engine = Engine::Gpu { software: true, chunk: 1 << 23 }) > small);
-        let many = with(|f| (f.spheres, f.engine) = (100_000_000, Engine::Gpu { software: true, chunk: 1 << 23 }));
+        let many = with(|f| {
+            (f.spheres, f.engine) = (100_000_000, Engine::Gpu { software: true, chunk: 1 << 23 })
+        });
         assert!(many > 2_800_000_000 && many < 4_000_000_000);
         assert_eq!(bytes(1_234_567), "1.2 MB");
         assert_eq!(bytes(123_456_789), "123 MB");
@@ -429,9 +511,11 @@ mod tests {
 
     #[test]
     fn a_survey_counts_what_a_scene_shows() {
-        let ball = |x: f64, y: f64| Sphere { center: DVec3::new(x, y, 0.0), radius: 0.25, color: [0; 3] };
+        let ball =
+            |x: f64, y: f64| Sphere { center: DVec3::new(x, y, 0.0), radius: 0.25, color: [0; 3] };
         // On screen, cut by near, behind, beside, beyond far.
-        let spheres = [ball(5.0, 0.6), ball(1.1, -0.6), ball(-5.0, 0.0), ball(5.0, 50.0), ball(99.0, 0.0)];
+        let spheres =
+            [ball(5.0, 0.6), ball(1.1, -0.6), ball(-5.0, 0.0), ball(5.0, 50.0), ball(99.0, 0.0)];
         let scene = Scene::from_spheres(&spheres).unwrap();
         let camera = Camera {
             size: ScreenSize::Width(4.0),
@@ -445,12 +529,22 @@ mod tests {
         assert_eq!((found.outside, found.cut, found.tiles, found.step), (3, 1, 16, 1));
         assert_eq!(found.reaches, [true, true]);
         // Eight pixels about each of two points, each in the middle of four tiles' sides or so.
-        assert!(found.entries >= 2 && found.entries <= 8 && found.empty == 16 - found.entries, "{found:?}");
+        assert!(
+            found.entries >= 2 && found.entries <= 8 && found.empty == 16 - found.entries,
+            "{found:?}"
+        );
         let many = Scene::from_spheres(&vec![ball(5.0, 0.6); 10_000]).unwrap();
-        let part = survey(&many, &Truth::new(&view, many.bounds()), Region::whole(view.image), 4, 1000);
-        assert!(part.step == 10 && part.entries.is_multiple_of(10_000) && part.reaches == [false, false], "{part:?}");
+        let part =
+            survey(&many, &Truth::new(&view, many.bounds()), Region::whole(view.image), 4, 1000);
+        assert!(
+            part.step == 10
+                && part.entries.is_multiple_of(10_000)
+                && part.reaches == [false, false],
+            "{part:?}"
+        );
         let none = Scene::from_spheres(&[]).unwrap();
-        let none = survey(&none, &Truth::new(&view, none.bounds()), Region::whole(view.image), 4, 1000);
+        let none =
+            survey(&none, &Truth::new(&view, none.bounds()), Region::whole(view.image), 4, 1000);
         assert_eq!((none.entries, none.empty, none.reaches), (0, 16, [false, false]));
     }
 }

@@ -1,37 +1,49 @@
-//! One ray against one sphere in f64, with bounds: the second half of the filter, after [`crate::project`].
+//! One ray against one sphere in f64, with bounds: the second half of the filter, after
+//! [`crate::project`].
 //!
-//! The devices' loops and the tests of the bounds share these expressions, so that what is measured is what runs.
+//! The devices' loops and the tests of the bounds share these expressions, so that what is measured
+//! is what runs.
 //!
-//! **Bounds.** u = 2^-53; `L = |x| + |y| + |z|` of the centre in view space, `P = 8 u (L + r)` the position bound of
-//! [`crate::project`]; `K = 1 + max |s|` and `A = max |dir|^2` over the screen (both 1 for parallel rays); `D = K P`. Each
-//! derivation leaves out what is `u` times smaller than what it keeps; the last digit of every constant is rounded up by more.
+//! **Bounds.** u = 2^-53; `L = |x| + |y| + |z|` of the centre in view space, `P = 8 u (L + r)` the
+//! position bound of [`crate::project`]; `K = 1 + max |s|` and `A = max |dir|^2` over the screen
+//! (both 1 for parallel rays); `D = K P`. Each derivation leaves out what is `u` times smaller than
+//! what it keeps; the last digit of every constant is rounded up by more.
 //!
 //! *Parallel rays.* `q = r^2 - dx^2 - dy^2`. With `|s| <= |x| + |dx|`, each of `dx`, `dy` is within
-//! `5 u L + 2 u |s| + u |dx| <= 7 u L + 3 u |dx|` of the truth. As long as the true `d^2 = dx^2 + dy^2 <= 1.04 r^2`, that is
-//! at most `D - u L - 4.9 u r`, and `q` is within `2 d sqrt 2 (D - 4.9 u r) + 2 D^2 + 4.2 u r^2` of the truth, the last for the
-//! roundings of squares and sums. The 4.9 pays for the 4.2; for `D <= r / 1024` all is below `E = 2.9 r D`.
+//! `5 u L + 2 u |s| + u |dx| <= 7 u L + 3 u |dx|` of the truth. As long as the true `d^2 = dx^2 +
+//! dy^2 <= 1.04 r^2`, that is at most `D - u L - 4.9 u r`, and `q` is within `2 d sqrt 2 (D - 4.9 u
+//! r) + 2 D^2 + 4.2 u r^2` of the truth, the last for the roundings of squares and sums. The 4.9
+//! pays for the 4.2; for `D <= r / 1024` all is below `E = 2.9 r D`.
 //!
-//! *Perspective*, with `dir = (sx, sy, 1)`, `a = |dir|^2`, `sigma^2 = a - 1`: `n = z sx - x` and `m = y - z sy` are within
-//! `5 u L (1 + |s|) + 3 u |z s| + u |n| <= K (8 u L + 1.5 u r)` as long as the true `d^2 = n^2 + m^2 + k^2 <= 1.04 a r^2`; that is
-//! at most `D - 6.5 u K r`. `k = n sy + m sx` is within `sqrt 2 sigma D + 4 u sigma d`, so that the vector `(n, m, k)` is within
-//! `sqrt(2 a) D + 4 u sigma d`. Then `q = a r^2 - d^2` is within
-//! `2.04 sqrt(2) a r (D - 6.5 u K r) + 2 a D^2 + (8.4 sigma + 13.2) u a r^2`: 8 * 1.04 of the sigma for `k`, 3 * 1.04 for the
-//! roundings of `d^2`, 9 for `a r^2` (sx, sy 2 each, a square 1, two sums), 1 for the difference. As
-//! `sigma <= 1.42 (K - 1)`, what `D` leaves over pays for them, and for `A D <= r / 1024` all is below `E = 2.9 A r D`.
+//! *Perspective*, with `dir = (sx, sy, 1)`, `a = |dir|^2`, `sigma^2 = a - 1`: `n = z sx - x` and `m
+//! = y - z sy` are within `5 u L (1 + |s|) + 3 u |z s| + u |n| <= K (8 u L + 1.5 u r)` as long as
+//! the true `d^2 = n^2 + m^2 + k^2 <= 1.04 a r^2`; that is at most `D - 6.5 u K r`. `k = n sy + m
+//! sx` is within `sqrt 2 sigma D + 4 u sigma d`, so that the vector `(n, m, k)` is within `sqrt(2
+//! a) D + 4 u sigma d`. Then `q = a r^2 - d^2` is within `2.04 sqrt(2) a r (D - 6.5 u K r) + 2 a
+//! D^2 + (8.4 sigma + 13.2) u a r^2`: 8 * 1.04 of the sigma for `k`, 3 * 1.04 for the roundings of
+//! `d^2`, 9 for `a r^2` (sx, sy 2 each, a square 1, two sums), 1 for the difference. As `sigma <=
+//! 1.42 (K - 1)`, what `D` leaves over pays for them, and for `A D <= r / 1024` all is below `E =
+//! 2.9 A r D`.
 //!
-//! *Farther out*, `q* <= -0.038 d^2`, while its error and `E` stay below `0.003 d^2`: still `q < -E`. A greater
-//! `A D` makes the sphere *vague*: `E` is infinite, and every pixel of its box is decided exactly.
+//! *Farther out*, `q* <= -0.038 d^2`, while its error and `E` stay below `0.003 d^2`: still `q <
+//! -E`. A greater `A D` makes the sphere *vague*: `E` is infinite, and every pixel of its box is
+//! decided exactly.
 //!
-//! *Depth.* Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a division. A hit is *solid* if
-//! `q >= T = max(4 E, 2^-16 r^2)`; where that leaves a hit open, with `T = 4 E`, for which the following holds as well. Then it is certain, and `sqrt q` is within `E / (sqrt T + sqrt(T - E)) < 0.54 E / sqrt T` of the
-//! truth. Parallel rays: `b = z` is within `5 u L`, and the square root, `b - sqrt q` and an end of the interval round by at most
-//! `2 u L + 3 u r` together, in all `D`. Perspective: `b` is within `(15 K - 8) u L`, the roundings are at most
-//! `2 K u L + 4.3 K u r`, in all `2.2 D`. As `A D <= r / 1024`, `sqrt T <= 0.107 r`, and `D = E / (2.9 A r)` is at most `0.037 E / sqrt T` and `0.0093 sqrt T`.
-//! So depths are within `W = 0.58 E / sqrt T` (parallel) or `0.62 E / sqrt T`. The few hits between `-E` and `T` are no nearer than
-//! `b - sqrt(T + E) - 2.2 D`, and that than `b - 1.14 sqrt T`; those of vague spheres no nearer than `b - sqrt A r - 2.2 D`.
+//! *Depth.* Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a
+//! division. A hit is *solid* if `q >= T = max(4 E, 2^-16 r^2)`; where that leaves a hit open, with
+//! `T = 4 E`, for which the following holds as well. Then it is certain, and `sqrt q` is within `E
+//! / (sqrt T + sqrt(T - E)) < 0.54 E / sqrt T` of the truth. Parallel rays: `b = z` is within `5 u
+//! L`, and the square root, `b - sqrt q` and an end of the interval round by at most `2 u L + 3 u
+//! r` together, in all `D`. Perspective: `b` is within `(15 K - 8) u L`, the roundings are at most
+//! `2 K u L + 4.3 K u r`, in all `2.2 D`. As `A D <= r / 1024`, `sqrt T <= 0.107 r`, and `D = E /
+//! (2.9 A r)` is at most `0.037 E / sqrt T` and `0.0093 sqrt T`. So depths are within `W = 0.58 E /
+//! sqrt T` (parallel) or `0.62 E / sqrt T`. The few hits between `-E` and `T` are no nearer than `b
+//! - sqrt(T + E) - 2.2 D`, and that than `b - 1.14 sqrt T`; those of vague spheres no nearer than
+//! `b - sqrt A r - 2.2 D`.
 //!
-//! *Planes and blocks.* `a` is within `7 u a`. A plane's depth times `a` and then a factor `1 -+ bound` rounds twice more; the
-//! factor is even: [`PLANE`] is 10 u. From `y` back to `t` it is a division and a sum with the bound: [`BACK`] is 10 u.
+//! *Planes and blocks.* `a` is within `7 u a`. A plane's depth times `a` and then a factor `1 -+
+//! bound` rounds twice more; the factor is even: [`PLANE`] is 10 u. From `y` back to `t` it is a
+//! division and a sum with the bound: [`BACK`] is 10 u.
 
 use crate::{
     project::{FLOOR, Projected, U},
@@ -75,7 +87,8 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// For spheres whose position bound is at most `position`; of the screen coordinates at its sides, for perspective rays.
+    /// For spheres whose position bound is at most `position`; of the screen coordinates at its
+    /// sides, for perspective rays.
     pub fn new(sides: Option<[[f64; 2]; 2]>, position: f64) -> Self {
         let (kappa, spread) = sides.map_or((1.0, 1.0), |sides| {
             let [x, y] = sides.map(|[first, last]| first.abs().max(last.abs()));
@@ -83,7 +96,8 @@ impl Screen {
         });
         let delta = kappa * position;
         let plain = (65536.0 * SOLID * DOUBT * (1.0 + 1e-6)) * (spread * delta);
-        // Where squares come near to what underflows, or overflow, every sphere is looked at by itself.
+        // Where squares come near to what underflows, or overflow, every sphere is looked at by
+        // itself.
         let usable = plain > 1e-100 && plain < 1e100 && spread < 1e40;
         let per_quotient = if sides.is_some() { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
         let doubt = (DOUBT * (1.0 + 1e-6)) * (spread * delta);
@@ -97,7 +111,8 @@ impl Screen {
         }
     }
 
-    /// Whether depths tell what is hidden: where screens are so wide that `|dir|^2` overflows, there are none to go by.
+    /// Whether depths tell what is hidden: where screens are so wide that `|dir|^2` overflows,
+    /// there are none to go by.
     pub fn has_depths(&self) -> bool {
         self.kappa < 1e70
     }
@@ -117,11 +132,17 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// Of a sphere whose radius is at least [`Screen::plain`]: the bounds of the farthest are good enough, and cost a few products.
+    /// Of a sphere whose radius is at least [`Screen::plain`]: the bounds of the farthest are good
+    /// enough, and cost a few products.
     #[inline(always)]
     pub fn shared(radius: f64, screen: &Screen) -> Self {
         let Screen { doubt, width, .. } = *screen;
-        Self { doubt: doubt * radius, solid: radius * radius * (1.0 / 65536.0), width, rim: (RIM / 256.0) * radius }
+        Self {
+            doubt: doubt * radius,
+            solid: radius * radius * (1.0 / 65536.0),
+            width,
+            rim: (RIM / 256.0) * radius,
+        }
     }
 
     /// Of a sphere.
@@ -133,7 +154,8 @@ impl Margins {
         Self::own::<PERSPECTIVE>(s, &screen, s.r * s.r * (1.0 / 65536.0))
     }
 
-    /// Of a sphere whose hits are solid as near to its silhouette as may be: then depths are not told as well.
+    /// Of a sphere whose hits are solid as near to its silhouette as may be: then depths are not
+    /// told as well.
     #[inline(always)]
     pub fn sharp<const PERSPECTIVE: bool>(s: &Projected, screen: &Screen) -> Self {
         Self::own::<PERSPECTIVE>(s, screen, 0.0)
@@ -141,7 +163,11 @@ impl Margins {
 
     /// Of a sphere, with `T` at least as given.
     #[inline(always)]
-    fn own<const PERSPECTIVE: bool>(s: &Projected, &Screen { kappa, spread, .. }: &Screen, least: f64) -> Self {
+    fn own<const PERSPECTIVE: bool>(
+        s: &Projected,
+        &Screen { kappa, spread, .. }: &Screen,
+        least: f64,
+    ) -> Self {
         let per_quotient = if PERSPECTIVE { WIDTH_PERSPECTIVE } else { WIDTH_PARALLEL };
         let delta = kappa * s.bound();
         // NaN is vague.
@@ -195,7 +221,8 @@ impl<S: Number> Row<S> {
     #[inline(always)]
     pub fn of<const PERSPECTIVE: bool>([x, y, z, r]: [S; 4], sy: f64) -> Self {
         let (square, at) = (r.mul(r), S::splat(sy));
-        let (m, along) = if PERSPECTIVE { (y.sub(z.mul(at)), y.mul(at).add(z)) } else { (at.sub(y), z) };
+        let (m, along) =
+            if PERSPECTIVE { (y.sub(z.mul(at)), y.mul(at).add(z)) } else { (at.sub(y), z) };
         let fixed = if PERSPECTIVE { m.mul(m) } else { square.sub(m.mul(m)) };
         Self { x, z, square, sy, m, along, fixed }
     }
@@ -227,16 +254,23 @@ impl Row {
         Self::of::<PERSPECTIVE>([s.x, s.y, s.z, s.r], sy)
     }
 
-    /// The same with `by` added to `b`: where that is `W`, `b - sqrt q` is the upper end of the depth's interval, with no more
-    /// roundings than if it were added last.
+    /// The same with `by` added to `b`: where that is `W`, `b - sqrt q` is the upper end of the
+    /// depth's interval, with no more roundings than if it were added last.
     #[inline(always)]
     pub fn lifted(self, by: f64) -> Self {
         Self { along: self.along + by, ..self }
     }
 
-    /// Either root of one pixel, between the planes `near` and `far`; `held` is an upper bound of the depth that is held there.
+    /// Either root of one pixel, between the planes `near` and `far`; `held` is an upper bound of
+    /// the depth that is held there.
     #[inline(always)]
-    pub fn look<const PERSPECTIVE: bool>(&self, margins: &Margins, [near, far]: [f64; 2], held: f64, sx: f64) -> Look {
+    pub fn look<const PERSPECTIVE: bool>(
+        &self,
+        margins: &Margins,
+        [near, far]: [f64; 2],
+        held: f64,
+        sx: f64,
+    ) -> Look {
         let Margins { doubt, solid, width, rim } = *margins;
         let (q, b) = self.meet::<f64, PERSPECTIVE>(sx);
         let root = q.max(0.0).sqrt();
@@ -247,7 +281,11 @@ impl Row {
         let a = if PERSPECTIVE { length(sx, self.sy) } else { 1.0 };
         let [near, far] = [near, far].map(|plane| {
             let plane = plane * a;
-            if plane == f64::INFINITY { [plane; 2] } else { [plane * (1.0 - PLANE), plane * (1.0 + PLANE)] }
+            if plane == f64::INFINITY {
+                [plane; 2]
+            } else {
+                [plane * (1.0 - PLANE), plane * (1.0 + PLANE)]
+            }
         });
         let inside = |depth: f64| depth - width >= near[1] && depth + width <= far[0];
         let outside = |depth: f64| depth + width < near[0] || depth - width > far[1];
@@ -286,7 +324,11 @@ mod tests {
             }
             short += 1;
             assert_eq!(shared.solid, own.solid);
-            let pairs = [(shared.doubt, own.doubt), (shared.width, own.width), (shared.rim * (1.0 + 1e-14), own.rim)];
+            let pairs = [
+                (shared.doubt, own.doubt),
+                (shared.width, own.width),
+                (shared.rim * (1.0 + 1e-14), own.rim),
+            ];
             for (shared, own) in pairs {
                 assert!(shared >= own && shared <= own * (1.0 + 1e-5), "{s:?}: {shared} {own}");
             }

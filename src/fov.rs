@@ -1,14 +1,14 @@
 //! The height of a perspective screen from its field of view, correctly rounded.
 //!
-//! `2 tan(fov / 2)` is worked out in integers, with an interval that holds the truth, until both ends of the interval
-//! round to the same f64: the same bits on every machine, whatever its libm.
+//! `2 tan(fov / 2)` is worked out in integers, with an interval that holds the truth, until both
+//! ends of the interval round to the same f64: the same bits on every machine, whatever its libm.
 
 use dashu_int::{IBig, UBig, ops::BitTest};
 
 use crate::{camera::CameraError, exact::axes::split};
 
-/// The f64 nearest to `2 tan(degrees / 2)`, the height at distance 1 of a screen with this vertical field of view.
-/// The f64 of `degrees` is taken as an exact number.
+/// The f64 nearest to `2 tan(degrees / 2)`, the height at distance 1 of a screen with this vertical
+/// field of view. The f64 of `degrees` is taken as an exact number.
 ///
 /// # Errors
 /// When `degrees` is not greater than 0 and less than 180.
@@ -16,8 +16,9 @@ pub fn height_from_fov(degrees: f64) -> Result<f64, CameraError> {
     if !(degrees > 0.0 && degrees < 180.0) {
         return Err(CameraError::Fov(degrees));
     }
-    // By Niven's theorem this is the only angle of a rational number of degrees with a rational tangent: at every
-    // other one an interval that shrinks gets clear of the boundaries between rounded numbers.
+    // By Niven's theorem this is the only angle of a rational number of degrees with a rational
+    // tangent: at every other one an interval that shrinks gets clear of the boundaries between
+    // rounded numbers.
     if degrees == 90.0 {
         return Ok(2.0);
     }
@@ -49,7 +50,11 @@ impl Interval {
         let pi = pi(bits + 64);
         let scale = |pi: IBig| {
             let product = pi * mantissa;
-            let product = if exponent >= 0 { product << exponent as usize } else { product >> -exponent as usize };
+            let product = if exponent >= 0 {
+                product << exponent as usize
+            } else {
+                product >> -exponent as usize
+            };
             (product / 360u16) >> 64
         };
         // Three times rounded down, each by less than one unit.
@@ -70,11 +75,13 @@ impl Interval {
                 sum = if terms % 2 == 1 { sum - &term } else { sum + &term };
                 terms += 1;
             }
-            // Each term is a product of rounded numbers in [0, 2): off by at most 4 units, the terms after the last by 1.
+            // Each term is a product of rounded numbers in [0, 2): off by at most 4 units, the
+            // terms after the last by 1.
             (sum, IBig::from(4 * terms + 1))
         };
         let interval = |(sum, error): (IBig, IBig)| Self { low: &sum - &error, high: sum + error };
-        let (sin_low, sin_high) = (series(&self.low, self.low.clone(), 2), series(&self.high, self.high.clone(), 2));
+        let (sin_low, sin_high) =
+            (series(&self.low, self.low.clone(), 2), series(&self.high, self.high.clone(), 2));
         let (cos_low, cos_high) = (series(&self.low, one.clone(), 1), series(&self.high, one, 1));
         // Sine rises and cosine falls between 0 and pi / 2.
         let sin = Self { low: interval(sin_low).low, high: interval(sin_high).high };
@@ -103,12 +110,15 @@ fn pi(bits: usize) -> Interval {
     Interval { low: &middle - &error, high: middle + error }
 }
 
-/// The f64 nearest to `numerator / denominator`, both positive (else 0, the end of an interval that is still too wide);
-/// halfway cases to even.
+/// The f64 nearest to `numerator / denominator`, both positive (else 0, the end of an interval that
+/// is still too wide); halfway cases to even.
 fn round_quotient(numerator: &IBig, denominator: &IBig) -> f64 {
     let positive = |n: &IBig| UBig::try_from(n.clone()).ok().filter(|n| !n.is_zero());
-    let (Some(numerator), Some(denominator)) = (positive(numerator), positive(denominator)) else { return 0.0 };
-    // A shift that gives the quotient 54 to 56 bits, or fewer where f64 has fewer: multiples of 2^-1075.
+    let (Some(numerator), Some(denominator)) = (positive(numerator), positive(denominator)) else {
+        return 0.0;
+    };
+    // A shift that gives the quotient 54 to 56 bits, or fewer where f64 has fewer: multiples of
+    // 2^-1075.
     let surplus = numerator.bit_len() as i64 - denominator.bit_len() as i64;
     let shift = (55 - surplus).min(1075);
     let (numerator, denominator) = if shift >= 0 {
@@ -119,12 +129,14 @@ fn round_quotient(numerator: &IBig, denominator: &IBig) -> f64 {
     let quotient = &numerator / &denominator;
     let rest = numerator - &quotient * denominator;
     let quotient = u64::try_from(quotient).expect("at most 56 bits");
-    // At least one bit more than f64 keeps; a last bit that stands for the rest decides the halfway cases.
+    // At least one bit more than f64 keeps; a last bit that stands for the rest decides the halfway
+    // cases.
     let sticky = quotient << 1 | u64::from(!rest.is_zero());
     round_scaled(sticky, -(shift as i32) - 1)
 }
 
-/// `n * 2^exponent` rounded once, to even, also where f64 gets coarser; `exponent >= -1076`, `n < 2^57`.
+/// `n * 2^exponent` rounded once, to even, also where f64 gets coarser; `exponent >= -1076`, `n <
+/// 2^57`.
 fn round_scaled(n: u64, exponent: i32) -> f64 {
     let length = 64 - n.leading_zeros() as i32;
     // Bits to drop: to 53, or down to multiples of 2^-1074.
@@ -139,7 +151,8 @@ fn round_scaled(n: u64, exponent: i32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Worked out apart, to 420 decimals: pi by Gauss and Legendre, the tangent by doubling a small angle.
+    /// Worked out apart, to 420 decimals: pi by Gauss and Legendre, the tangent by doubling a small
+    /// angle.
     #[test]
     fn heights_are_the_nearest_numbers() {
         let known: [(f64, u64); 18] = [
@@ -164,7 +177,12 @@ mod tests {
         ];
         for (degrees, bits) in known {
             let height = height_from_fov(degrees).unwrap();
-            assert_eq!(height.to_bits(), bits, "{degrees} degrees: {height:?}, not {:?}", f64::from_bits(bits));
+            assert_eq!(
+                height.to_bits(),
+                bits,
+                "{degrees} degrees: {height:?}, not {:?}",
+                f64::from_bits(bits)
+            );
         }
         assert_eq!(height_from_fov(5e-324), Ok(0.0));
         for none in [0.0, -1.0, 180.0, f64::INFINITY] {
@@ -176,7 +194,9 @@ mod tests {
     #[test]
     fn quotients_are_rounded_once_and_to_even() {
         let quotient = |a: u128, b: u128| round_quotient(&IBig::from(a), &IBig::from(b));
-        for (a, b) in [(1, 3), (2, 3), (10, 1), (1, 10), (7, 1 << 70), ((1 << 53) + 1, 1), ((1 << 53) + 3, 2)] {
+        for (a, b) in
+            [(1, 3), (2, 3), (10, 1), (1, 10), (7, 1 << 70), ((1 << 53) + 1, 1), ((1 << 53) + 3, 2)]
+        {
             assert_eq!(quotient(a, b), a as f64 / b as f64, "{a} / {b}");
         }
         // Just above halfway, by far less than the bits kept.

@@ -6,10 +6,11 @@
 //! * `up`: z, or y where the direction was chosen and is along z;
 //! * a size: a field of view of 40 degrees (perspective), or as wide as the scene is from here
 //!   (orthographic);
-//! * an origin beside a `view` and a size (orthographic): zero. Such a camera says all there is to say
-//!   of what it sees, and parts of a picture that have it fit together;
-//! * any other origin: so far back from the middle of the scene, or from the point that is looked at, that
-//!   the whole scene is inside of the screen, behind `near` and, where that can be, before `far`.
+//! * an origin beside a `view` and a size (orthographic): zero. Such a camera says all there is to
+//!   say of what it sees, and parts of a picture that have it fit together;
+//! * any other origin: so far back from the middle of the scene, or from the point that is looked
+//!   at, that the whole scene is inside of the screen, behind `near` and, where that can be, before
+//!   `far`.
 
 use glam::DVec3;
 
@@ -78,7 +79,8 @@ fn ball(bounds: &Bounds) -> (DVec3, f64) {
 /// The length of a vector. Squares may leave the range of f64: a power of two is taken out, which
 /// changes no bit elsewhere.
 fn length(vector: DVec3) -> f64 {
-    let power = f64::from_bits(vector.abs().max_element().to_bits() & (0x7ff << 52)).max(f64::MIN_POSITIVE);
+    let power =
+        f64::from_bits(vector.abs().max_element().to_bits() & (0x7ff << 52)).max(f64::MIN_POSITIVE);
     (vector / power).length() * power
 }
 
@@ -96,7 +98,9 @@ fn distance(camera: &Camera, image: ImageSize, (center, reach): (DVec3, f64), as
     let coarse = if step > 1e-3 * reach { 4.0 * step } else { 0.0 };
     let nearest = near + MARGIN * reach + coarse;
     match camera.projection {
-        Projection::Orthographic => (2.0 * reach + coarse).min((far - MARGIN * reach).max(nearest)).max(nearest),
+        Projection::Orthographic => {
+            (2.0 * reach + coarse).min((far - MARGIN * reach).max(nearest)).max(nearest)
+        }
         Projection::Perspective => {
             // The ball touches a cone of half angle a at distance reach / sin a.
             let view = View::new(*camera, image);
@@ -138,7 +142,15 @@ impl Wanted {
             Projection::Perspective => self.size.unwrap_or_else(usual_size),
         };
         let up = self.up.unwrap_or(DVec3::Z);
-        Some(Camera { projection: self.projection, origin, view, up, size, near: self.near, far: self.far })
+        Some(Camera {
+            projection: self.projection,
+            origin,
+            view,
+            up,
+            size,
+            near: self.near,
+            far: self.far,
+        })
     }
 
     /// The direction and what is up, once there is a scene to look at.
@@ -182,7 +194,12 @@ impl Wanted {
     }
 
     /// The origin of a camera that is complete but for it.
-    fn stand_back(&self, camera: &Camera, image: ImageSize, (center, reach): (DVec3, f64)) -> DVec3 {
+    fn stand_back(
+        &self,
+        camera: &Camera,
+        image: ImageSize,
+        (center, reach): (DVec3, f64),
+    ) -> DVec3 {
         let direction = unit(camera.view);
         match self.look_at {
             // Spheres so small that the next f64 is outside of all of them: from the middle, their
@@ -212,6 +229,7 @@ impl Camera {
     pub fn frame(&mut self, bounds: Bounds, image: ImageSize) {
         let &mut Self { projection, view, up, size, .. } = self;
         let size = (projection == Projection::Perspective).then_some(size);
-        *self = Wanted { projection, view: Some(view), up: Some(up), size, ..Wanted::default() }.camera(&bounds, image);
+        *self = Wanted { projection, view: Some(view), up: Some(up), size, ..Wanted::default() }
+            .camera(&bounds, image);
     }
 }

@@ -100,7 +100,8 @@ impl Identity {
             (Place::New { folder, name }, Place::New { folder: other, name: second }) => {
                 folder == other
                     && name != second
-                    && name.to_string_lossy().to_lowercase() == second.to_string_lossy().to_lowercase()
+                    && name.to_string_lossy().to_lowercase()
+                        == second.to_string_lossy().to_lowercase()
             }
             _ => false,
         }

@@ -39,13 +39,16 @@ pub(crate) fn name_in(folder: &Path) -> PathBuf {
 fn kernel() -> u32 {
     let boot = fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     // FNV-1a: the same in every version of the program.
-    boot.iter().fold(0x811c_9dc5, |hash: u32, &byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+    boot.iter()
+        .fold(0x811c_9dc5, |hash: u32, &byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }
 
 /// Removes from a folder what runs that were killed have left there. What cannot be removed stays.
 pub(crate) fn sweep(folder: &Path) {
     for name in names(folder) {
-        let Some(tag) = name.strip_prefix(PREFIX).and_then(|name| name.strip_suffix(SUFFIX)) else { continue };
+        let Some(tag) = name.strip_prefix(PREFIX).and_then(|name| name.strip_suffix(SUFFIX)) else {
+            continue;
+        };
         #[cfg(unix)]
         unix::remove_dead(&folder.join(&name), tag);
         #[cfg(not(unix))]
@@ -158,7 +161,8 @@ mod unix {
     static ENDING: AtomicBool = AtomicBool::new(false);
 
     /// The signals that end the process by way of [`clear`].
-    pub const SIGNALS: [libc::c_int; 5] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT, libc::SIGXCPU];
+    pub const SIGNALS: [libc::c_int; 5] =
+        [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT, libc::SIGXCPU];
 
     /// A signal that waits until the shield of the thread that it came to is down.
     static WAITING: AtomicI32 = AtomicI32::new(0);
@@ -217,7 +221,8 @@ mod unix {
 
     /// Sleeps; a signal handler may.
     fn nap(time: Duration) {
-        let time = libc::timespec { tv_sec: time.as_secs() as _, tv_nsec: time.subsec_nanos() as _ };
+        let time =
+            libc::timespec { tv_sec: time.as_secs() as _, tv_nsec: time.subsec_nanos() as _ };
         // SAFETY: the time is a whole value, and nothing is asked to be written back.
         unsafe { libc::nanosleep(&raw const time, ptr::null_mut()) };
     }
@@ -231,8 +236,14 @@ mod unix {
             let path = CString::new(path.as_os_str().as_bytes())?;
             // Never freed: a handler may be reading it. There are few, and they are short.
             let entry = Box::into_raw(Box::new(Entry { path, folder }));
-            let free = |slot: &AtomicPtr<Entry>| slot.compare_exchange(ptr::null_mut(), entry, SeqCst, SeqCst).is_ok();
-            NAMES.iter().position(free).map(Self).ok_or_else(|| io::Error::other("too many temporary files at a time"))
+            let free = |slot: &AtomicPtr<Entry>| {
+                slot.compare_exchange(ptr::null_mut(), entry, SeqCst, SeqCst).is_ok()
+            };
+            NAMES
+                .iter()
+                .position(free)
+                .map(Self)
+                .ok_or_else(|| io::Error::other("too many temporary files at a time"))
         }
     }
 
@@ -248,7 +259,9 @@ mod unix {
     impl Child {
         /// By its number.
         pub fn new(id: u32) -> Self {
-            let free = |slot: &AtomicI32| slot.compare_exchange(0, id.cast_signed(), SeqCst, SeqCst).is_ok();
+            let free = |slot: &AtomicI32| {
+                slot.compare_exchange(0, id.cast_signed(), SeqCst, SeqCst).is_ok()
+            };
             Self(CHILDREN.iter().position(free))
         }
     }
@@ -336,7 +349,12 @@ mod unix {
             let path = name_in(folder);
             let _shield = Shield::up();
             let named = Named::new(&path, false)?;
-            let file = OpenOptions::new().read(true).write(true).create_new(true).mode(0o666).open(&path)?;
+            let file = OpenOptions::new()
+                .read(true)
+                .write(true)
+                .create_new(true)
+                .mode(0o666)
+                .open(&path)?;
             // A file system without locks: the file is never taken for litter, since it cannot be
             // locked then either.
             let _ = flock(&file, FlockOperation::NonBlockingLockExclusive);
@@ -377,8 +395,12 @@ mod unix {
         }
         let Ok(file) = options.open(path) else { return };
         let own = tag.split('-').next().is_some_and(|tag| tag == format!("{:08x}", kernel()));
-        let old = || data.modified().is_ok_and(|time| time.elapsed().is_ok_and(|age| age > FOREIGN));
-        if !(own || old()) || flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() || !is_at(&file, path) {
+        let old =
+            || data.modified().is_ok_and(|time| time.elapsed().is_ok_and(|age| age > FOREIGN));
+        if !(own || old())
+            || flock(&file, FlockOperation::NonBlockingLockExclusive).is_err()
+            || !is_at(&file, path)
+        {
             return;
         }
         let _ = if data.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
@@ -400,7 +422,11 @@ mod unix {
             let (inner, held) = super::folder(folder.path()).unwrap();
             fs::write(inner.join("x"), "x").unwrap();
             // Of another kernel, just written; and what only looks alike.
-            for name in [".planisphere-00000000-0123456789abcdef.tmp", ".planisphere-notes", "planisphere-1.tmp"] {
+            for name in [
+                ".planisphere-00000000-0123456789abcdef.tmp",
+                ".planisphere-notes",
+                "planisphere-1.tmp",
+            ] {
                 fs::write(folder.path().join(name), "x").unwrap();
             }
             sweep(folder.path());

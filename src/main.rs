@@ -48,7 +48,8 @@ mod streams {
     extern "C" fn look() {
         for (number, closed) in CLOSED.iter().enumerate() {
             // SAFETY: the call fails for a number that is not open, and touches nothing.
-            closed.store(unsafe { libc::fcntl(number as libc::c_int, libc::F_GETFD) } == -1, Relaxed);
+            closed
+                .store(unsafe { libc::fcntl(number as libc::c_int, libc::F_GETFD) } == -1, Relaxed);
         }
     }
 

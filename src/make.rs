@@ -1,4 +1,5 @@
-//! Large example scenes, made from nothing but integers and IEEE sums, products and quotients: the same bytes everywhere.
+//! Large example scenes, made from nothing but integers and IEEE sums, products and quotients: the
+//! same bytes everywhere.
 
 /// Deterministic random numbers: SplitMix64 (Steele, Lea and Flood, 2014), addressed by counter.
 #[derive(Clone, Copy)]
@@ -9,7 +10,8 @@ pub(crate) struct Random {
 impl Random {
     /// Number `index` of the sequence.
     pub(crate) fn bits(self, index: u64) -> u64 {
-        let mut z = self.seed.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let mut z =
+            self.seed.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
@@ -36,7 +38,8 @@ impl Cloud {
 
     /// The radius of every sphere: the largest f32 for which the volumes sum to at most 0.07.
     pub fn radius(&self) -> f32 {
-        // r^3 <= 0.07 * 3 / (4 pi N), by bisection over the bit patterns: a cube root would differ between machines.
+        // r^3 <= 0.07 * 3 / (4 pi N), by bisection over the bit patterns: a cube root would differ
+        // between machines.
         let limit = 0.07 * 3.0 / (4.0 * std::f64::consts::PI * f64::from(self.count));
         let fits = |bits: u32| {
             let r = f64::from(f32::from_bits(bits));
@@ -50,7 +53,8 @@ impl Cloud {
         f32::from_bits(low)
     }
 
-    /// Centre and colour of sphere `index`: warm at one side of the cube, cool at the other, lighter towards the top.
+    /// Centre and colour of sphere `index`: warm at one side of the cube, cool at the other,
+    /// lighter towards the top.
     pub fn sphere(&self, index: u32) -> ([f32; 3], [u8; 3]) {
         let at = |k: u64| self.random.unit(3 * u64::from(index) + k);
         let center = [at(0), at(1), at(2)];
@@ -61,7 +65,8 @@ impl Cloud {
     }
 }
 
-/// A face-centred cubic lattice of spheres that touch: integer points with an even sum, in cubes of increasing order.
+/// A face-centred cubic lattice of spheres that touch: integer points with an even sum, in cubes of
+/// increasing order.
 #[derive(Clone, Copy)]
 pub struct Lattice {
     /// Cells along each side; a cell has four spheres.
@@ -69,7 +74,8 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The least cube of cells with at least `count` spheres. Its last spheres are left out by whoever wants fewer.
+    /// The least cube of cells with at least `count` spheres. Its last spheres are left out by
+    /// whoever wants fewer.
     pub fn new(count: u32) -> Self {
         let mut side = 1;
         while 4 * u64::from(side).pow(3) < u64::from(count) {
@@ -78,7 +84,8 @@ impl Lattice {
         Self { side }
     }
 
-    /// Half of the distance of neighbours, the square root of 2, rounded down: touching, up to one unit in the last place.
+    /// Half of the distance of neighbours, the square root of 2, rounded down: touching, up to one
+    /// unit in the last place.
     pub fn radius(&self) -> f32 {
         let root = std::f32::consts::FRAC_1_SQRT_2;
         if f64::from(root).powi(2) <= 0.5 { root } else { root.next_down() }
@@ -110,7 +117,10 @@ mod tests {
         // The first numbers of SplitMix64 from seed 1, as its authors' C code has them.
         let first = [10451216379200822465, 13757245211066428519, 17911839290282890590];
         assert_eq!([0, 1, 2].map(|k| cloud.random.bits(k)), first);
-        assert_eq!(cloud.sphere(0), (first.map(|bits| (bits >> 40) as f32 / 16_777_216.0), [180, 169, 144]));
+        assert_eq!(
+            cloud.sphere(0),
+            (first.map(|bits| (bits >> 40) as f32 / 16_777_216.0), [180, 169, 144])
+        );
         let (mut sum, n) = ([0.0f64; 3], 10_000);
         for k in 0..n {
             let (center, _) = cloud.sphere(k);
@@ -137,6 +147,9 @@ mod tests {
         }
         assert_eq!(least, 2.0);
         assert!(neighbours > 3 * 256, "{neighbours}");
-        assert!(f64::from(lattice.radius()).powi(2) <= 0.5 && f64::from(lattice.radius().next_up()).powi(2) > 0.5);
+        assert!(
+            f64::from(lattice.radius()).powi(2) <= 0.5
+                && f64::from(lattice.radius().next_up()).powi(2) > 0.5
+        );
     }
 }

@@ -43,10 +43,12 @@ mod linux {
         let machine = machine(&read("/proc/meminfo"));
         let folders = folders(&read("/proc/self/mountinfo"), &read("/proc/self/cgroup"));
         let groups = folders.iter().flat_map(|(version, folders)| {
-            let left = |folder: &PathBuf| group(*version, |file| fs::read_to_string(folder.join(file)));
+            let left =
+                |folder: &PathBuf| group(*version, |file| fs::read_to_string(folder.join(file)));
             folders.iter().filter_map(left).collect::<Vec<_>>()
         });
-        let process = process(&read("/proc/self/status"), [libc::RLIMIT_AS, libc::RLIMIT_DATA].map(limit));
+        let process =
+            process(&read("/proc/self/status"), [libc::RLIMIT_AS, libc::RLIMIT_DATA].map(limit));
         machine.into_iter().chain(groups).chain(process).min()
     }
 
@@ -71,7 +73,8 @@ mod linux {
 
     /// Of `/proc/self/status` and the limits of all addresses, and of those that are written to.
     pub fn process(status: &str, [all, data]: [Option<u64>; 2]) -> Option<u64> {
-        let left = |limit: Option<u64>, used: &str| Some(limit?.saturating_sub(kilobytes(status, used)?));
+        let left =
+            |limit: Option<u64>, used: &str| Some(limit?.saturating_sub(kilobytes(status, used)?));
         left(all, "VmSize:").into_iter().chain(left(data, "VmData:")).min()
     }
 
@@ -94,7 +97,11 @@ mod linux {
             let mut words = right.split(' ');
             let version = match (words.next(), words.nth(1)) {
                 (Some("cgroup2"), _) => Version::Two,
-                (Some("cgroup"), Some(options)) if options.split(',').any(|word| word == "memory") => Version::One,
+                (Some("cgroup"), Some(options))
+                    if options.split(',').any(|word| word == "memory") =>
+                {
+                    Version::One
+                }
                 _ => continue,
             };
             // 0::/path for version 2, 4:memory:/path or 4:cpu,memory:/path for version 1.
@@ -114,7 +121,9 @@ mod linux {
             let inside = Path::new(own).strip_prefix(&root).unwrap_or(Path::new(""));
             let mut folder = PathBuf::from(mount);
             let mut folders = vec![folder.clone()];
-            for part in inside.components().filter(|part| matches!(part, std::path::Component::Normal(_))) {
+            for part in
+                inside.components().filter(|part| matches!(part, std::path::Component::Normal(_)))
+            {
                 folder.push(part);
                 folders.push(folder.clone());
             }
@@ -148,7 +157,12 @@ mod linux {
         let statistics = read("memory.stat").unwrap_or_default();
         let files = ["inactive_file", "active_file"].iter().filter_map(|name| {
             let entry = format!("{prefix}{name} ");
-            statistics.lines().find_map(|line| line.strip_prefix(&entry))?.trim().parse::<u64>().ok()
+            statistics
+                .lines()
+                .find_map(|line| line.strip_prefix(&entry))?
+                .trim()
+                .parse::<u64>()
+                .ok()
         });
         Some(limit.saturating_sub(number(used)?.saturating_sub(files.sum())))
     }
@@ -159,7 +173,8 @@ mod linux {
 
         #[test]
         fn the_system_tells_in_its_own_way() {
-            let text = "MemTotal:       24657328 kB\nMemFree:         3037548 kB\nMemAvailable:    2000000 kB\n";
+            let text = "MemTotal:       24657328 kB\nMemFree:         3037548 kB\nMemAvailable:    \
+                        2000000 kB\n";
             assert_eq!(machine(text), Some(2_048_000_000));
             assert_eq!(machine("MemTotal: 5 kB\n"), None);
             assert!(available().is_some_and(|bytes| bytes > 1 << 20));
@@ -180,8 +195,8 @@ mod linux {
         fn folders_of_both_versions() {
             let paths = |folders: &[&str]| folders.iter().map(PathBuf::from).collect::<Vec<_>>();
             // A session of a desktop, version 2.
-            let mounts = "25 1 0:22 / /sys rw - sysfs sysfs rw\n\
-                          26 25 0:23 / /sys/fs/cgroup rw,nosuid shared:9 - cgroup2 cgroup2 rw,nsdelegate\n";
+            let mounts = "25 1 0:22 / /sys rw - sysfs sysfs rw\n26 25 0:23 / /sys/fs/cgroup \
+                          rw,nosuid shared:9 - cgroup2 cgroup2 rw,nsdelegate\n";
             let session = folders(mounts, "0::/user.slice/user-1000.slice/app.scope\n");
             let wanted = [
                 "/sys/fs/cgroup",
@@ -192,11 +207,16 @@ mod linux {
             assert_eq!(session, [(Version::Two, paths(&wanted))]);
             // A container that sees its own group as the root.
             assert_eq!(folders(mounts, "0::/\n"), [(Version::Two, paths(&["/sys/fs/cgroup"]))]);
-            assert_eq!(folders(mounts, "0::/../..\n"), [(Version::Two, paths(&["/sys/fs/cgroup"]))]);
+            assert_eq!(
+                folders(mounts, "0::/../..\n"),
+                [(Version::Two, paths(&["/sys/fs/cgroup"]))]
+            );
             // One of version 1, whose mount is its group; the folder has a space.
-            let mounts = "30 25 0:26 /docker/abc /sys/fs/cgroup/me\\040mory ro - cgroup cgroup rw,memory\n\
-                          31 25 0:27 /docker/abc /sys/fs/cgroup/cpu ro - cgroup cgroup rw,cpu,cpuacct\n";
-            let groups = "5:cpu,cpuacct:/docker/abc\n4:memory:/docker/abc/job\n1:name=systemd:/docker/abc\n";
+            let mounts = "30 25 0:26 /docker/abc /sys/fs/cgroup/me\\040mory ro - cgroup cgroup \
+                          rw,memory\n31 25 0:27 /docker/abc /sys/fs/cgroup/cpu ro - cgroup cgroup \
+                          rw,cpu,cpuacct\n";
+            let groups =
+                "5:cpu,cpuacct:/docker/abc\n4:memory:/docker/abc/job\n1:name=systemd:/docker/abc\n";
             let wanted = ["/sys/fs/cgroup/me mory", "/sys/fs/cgroup/me mory/job"];
             assert_eq!(folders(mounts, groups), [(Version::One, paths(&wanted))]);
             // Neither.
@@ -216,10 +236,17 @@ mod linux {
                 ("memory.max", "1000000\n"),
                 ("memory.high", "max\n"),
                 ("memory.current", "600000\n"),
-                ("memory.stat", "anon 300000\nfile 400000\ninactive_file 100000\nactive_file 200000\n"),
+                (
+                    "memory.stat",
+                    "anon 300000\nfile 400000\ninactive_file 100000\nactive_file 200000\n",
+                ),
             ]);
             assert_eq!(group(Version::Two, two), Some(700_000));
-            let high = files(&[("memory.max", "1000\n"), ("memory.high", "900\n"), ("memory.current", "600\n")]);
+            let high = files(&[
+                ("memory.max", "1000\n"),
+                ("memory.high", "900\n"),
+                ("memory.current", "600\n"),
+            ]);
             assert_eq!(group(Version::Two, high), Some(300));
             let none = files(&[("memory.max", "max\n"), ("memory.current", "600000\n")]);
             assert_eq!(group(Version::Two, none), None);
@@ -229,7 +256,10 @@ mod linux {
                 ("memory.stat", "inactive_file 9\ntotal_inactive_file 100\ntotal_active_file 50\n"),
             ]);
             assert_eq!(group(Version::One, one), Some(0));
-            let free = files(&[("memory.limit_in_bytes", "9223372036854771712\n"), ("memory.usage_in_bytes", "7\n")]);
+            let free = files(&[
+                ("memory.limit_in_bytes", "9223372036854771712\n"),
+                ("memory.usage_in_bytes", "7\n"),
+            ]);
             assert!(group(Version::One, free).is_some_and(|bytes| bytes > 1 << 60));
             assert_eq!(group(Version::One, files(&[])), None);
         }
@@ -243,6 +273,9 @@ mod tests {
     #[test]
     fn what_is_small_is_not_asked_for() {
         assert_eq!(room(1000), Ok(()));
-        assert!(!cfg!(target_os = "linux") || room(u64::MAX).is_err_and(|available| available > 1 << 20));
+        assert!(
+            !cfg!(target_os = "linux")
+                || room(u64::MAX).is_err_and(|available| available > 1 << 20)
+        );
     }
 }

@@ -1,8 +1,10 @@
-//! Spheres in an order in which neighbours in space lie together, in groups with a sphere around each.
+//! Spheres in an order in which neighbours in space lie together, in groups with a sphere around
+//! each.
 //!
-//! A group that is off the screen or hidden is skipped with all its spheres: that is worth it for what is drawn more than once, and on
-//! a GPU, which takes spheres in this order, at once. It is made once for a scene, and exactness rests on two things here: a group's
-//! sphere holds its spheres whole, and what is left out is the same as an earlier sphere.
+//! A group that is off the screen or hidden is skipped with all its spheres: that is worth it for
+//! what is drawn more than once, and on a GPU, which takes spheres in this order, at once. It is
+//! made once for a scene, and exactness rests on two things here: a group's sphere holds its
+//! spheres whole, and what is left out is the same as an earlier sphere.
 
 use std::ops::Range;
 
@@ -36,9 +38,10 @@ pub struct Ordered {
 }
 
 impl Ordered {
-    /// Of a scene, in groups as tight as may be. Spheres that are the same as an earlier one, which are seen nowhere, are left out if there are
-    /// many. None where exponents are so extreme that squares of f64 could leave their range, or
-    /// memory is short: without it everything works, slower.
+    /// Of a scene, in groups as tight as may be. Spheres that are the same as an earlier one, which
+    /// are seen nowhere, are left out if there are many. None where exponents are so extreme that
+    /// squares of f64 could leave their range, or memory is short: without it everything works,
+    /// slower.
     pub fn new(scene: &Scene) -> Option<Self> {
         usable(scene).then(|| {
             let arranged = arranged(scene, &distinct(scene));
@@ -46,7 +49,8 @@ impl Ordered {
         })
     }
 
-    /// The same, several times sooner made, with looser groups. No group lies across a multiple of `part` spheres.
+    /// The same, several times sooner made, with looser groups. No group lies across a multiple of
+    /// `part` spheres.
     pub fn coarse(scene: &Scene, part: usize) -> Option<Self> {
         usable(scene).then(|| {
             let arranged = along_a_curve(scene, &distinct(scene), part);
@@ -70,33 +74,58 @@ impl Ordered {
         let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
         let centers = if single {
             Reals::F32(
-                gather(&indices, 3, |index, to| to.copy_from_slice(&center(scene, index).as_vec3().to_array())).into(),
+                gather(&indices, 3, |index, to| {
+                    to.copy_from_slice(&center(scene, index).as_vec3().to_array())
+                })
+                .into(),
             )
         } else {
-            Reals::F64(gather(&indices, 3, |index, to| to.copy_from_slice(&center(scene, index).to_array())).into())
+            Reals::F64(
+                gather(&indices, 3, |index, to| {
+                    to.copy_from_slice(&center(scene, index).to_array())
+                })
+                .into(),
+            )
         };
         let radii = if bounds.min_radius == bounds.max_radius {
             Radii::Same(bounds.max_radius)
         } else if blocks().all(|block| matches!(block.radii, Radii::Each(Reals::F32(_)))) {
-            Radii::Each(Reals::F32(gather(&indices, 1, |index, to| to[0] = radius(scene, index) as f32).into()))
+            Radii::Each(Reals::F32(
+                gather(&indices, 1, |index, to| to[0] = radius(scene, index) as f32).into(),
+            ))
         } else {
-            Radii::Each(Reals::F64(gather(&indices, 1, |index, to| to[0] = radius(scene, index)).into()))
+            Radii::Each(Reals::F64(
+                gather(&indices, 1, |index, to| to[0] = radius(scene, index)).into(),
+            ))
         };
         let block = Block { centers, radii, colors: Colors::Same([0; 3]) };
-        let (middles, reaches): (Vec<DVec3>, Vec<f64>) =
-            starts.par_windows(2).map(|ends| around(&block, ends[0] as usize..ends[1] as usize)).unzip();
+        let (middles, reaches): (Vec<DVec3>, Vec<f64>) = starts
+            .par_windows(2)
+            .map(|ends| around(&block, ends[0] as usize..ends[1] as usize))
+            .unzip();
         let groups = Scene::new(vec![Block {
-            centers: Reals::F64(middles.iter().flat_map(DVec3::to_array).collect::<Vec<_>>().into()),
+            centers: Reals::F64(
+                middles.iter().flat_map(DVec3::to_array).collect::<Vec<_>>().into(),
+            ),
             radii: Radii::Each(Reals::F64(reaches.into())),
             colors: Colors::Same([0; 3]),
         }]);
-        Self { block, indices, starts, groups: groups.expect("finite and positive, as the exponents are not extreme") }
+        Self {
+            block,
+            indices,
+            starts,
+            groups: groups.expect("finite and positive, as the exponents are not extreme"),
+        }
     }
 
-    /// Where some spheres lie, given by ascending indices in the scene; none for those that are left out.
+    /// Where some spheres lie, given by ascending indices in the scene; none for those that are
+    /// left out.
     pub fn places_of(&self, indices: &[u32]) -> Vec<Option<u32>> {
-        let number = |(place, index): (usize, &u32)| Some((indices.binary_search(index).ok()?, place as u32));
-        let found: Vec<(usize, u32)> = self.indices.par_iter().enumerate().filter_map(number).collect();
+        let number = |(place, index): (usize, &u32)| {
+            Some((indices.binary_search(index).ok()?, place as u32))
+        };
+        let found: Vec<(usize, u32)> =
+            self.indices.par_iter().enumerate().filter_map(number).collect();
         let mut places = vec![None; indices.len()];
         found.into_iter().for_each(|(number, place)| places[number] = Some(place));
         places
@@ -115,14 +144,16 @@ impl Ordered {
     }
 }
 
-/// Whether a good part of a scene's spheres all but coincide, by a sample of them. A guess: it decides only the order of work.
+/// Whether a good part of a scene's spheres all but coincide, by a sample of them. A guess: it
+/// decides only the order of work.
 pub fn is_crowded(scene: &Scene) -> bool {
     /// So many are looked at, evenly spread.
     const SAMPLE: usize = 128;
     /// So many pairs of these, when a sixteenth of the spheres lies in one place.
     const PAIRS: usize = SAMPLE * SAMPLE / 512;
-    let sample: Vec<Ball> =
-        (0..SAMPLE.min(scene.len())).map(|k| scene.known(k * scene.len() / SAMPLE.min(scene.len())).into()).collect();
+    let sample: Vec<Ball> = (0..SAMPLE.min(scene.len()))
+        .map(|k| scene.known(k * scene.len() / SAMPLE.min(scene.len())).into())
+        .collect();
     let mut pairs = 0;
     for (k, one) in sample.iter().enumerate() {
         pairs += sample[..k].iter().filter(|other| pair::near(one, other)).count();
@@ -139,7 +170,11 @@ fn usable(scene: &Scene) -> bool {
     let limit = f64::from(RANGE).exp2();
     let far = bounds.max_center.abs().max(bounds.min_center.abs()).max_element();
     let fits = memory::available().is_none_or(|bytes| bytes / 2 > scene.len() as u64 * BYTES);
-    far < limit && bounds.max_radius < limit && bounds.min_radius > 1.0 / limit && !scene.is_empty() && fits
+    far < limit
+        && bounds.max_radius < limit
+        && bounds.min_radius > 1.0 / limit
+        && !scene.is_empty()
+        && fits
 }
 
 fn center(scene: &Scene, index: u32) -> DVec3 {
@@ -160,13 +195,16 @@ fn gather<T: Copy + Default + Send + Sync>(
 ) -> Vec<T> {
     const PART: usize = 1 << 12;
     let mut numbers = vec![T::default(); width * indices.len()];
-    numbers.par_chunks_mut(width * PART).zip(indices.par_chunks(PART)).for_each(|(numbers, indices)| {
-        numbers.chunks_exact_mut(width).zip(indices).for_each(|(to, &index)| write(index, to));
-    });
+    numbers.par_chunks_mut(width * PART).zip(indices.par_chunks(PART)).for_each(
+        |(numbers, indices)| {
+            numbers.chunks_exact_mut(width).zip(indices).for_each(|(to, &index)| write(index, to));
+        },
+    );
     numbers
 }
 
-/// A sphere that holds a group whole. The factor is far above the roundings of a distance and a sum.
+/// A sphere that holds a group whole. The factor is far above the roundings of a distance and a
+/// sum.
 fn around(block: &Block, spheres: Range<usize>) -> (DVec3, f64) {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for sphere in spheres.clone() {
@@ -180,7 +218,8 @@ fn around(block: &Block, spheres: Range<usize>) -> (DVec3, f64) {
 /// A sphere to be put in order.
 #[derive(Clone, Copy, Default)]
 struct Item {
-    /// Place in the scene's box, from 0 to [`ONE`] on its longest side; the last bits of x are the sphere's class of size.
+    /// Place in the scene's box, from 0 to [`ONE`] on its longest side; the last bits of x are the
+    /// sphere's class of size.
     at: [u32; 3],
     index: u32,
 }
@@ -199,7 +238,8 @@ impl Item {
     }
 }
 
-/// Of spheres in a scene: their class of size. Large spheres have groups of their own: those of small ones they would blow up.
+/// Of spheres in a scene: their class of size. Large spheres have groups of their own: those of
+/// small ones they would blow up.
 fn class(greatest: f64, radius: f64) -> u32 {
     let exponent = |value: f64| (value.to_bits() >> 52) as u32;
     ((exponent(greatest) - exponent(radius)) / 3).min((1 << CLASSES) - 1)
@@ -210,11 +250,15 @@ fn add_up(counts: &mut [u32], first: u32) -> u32 {
     counts.iter_mut().fold(first, |total, count| total + std::mem::replace(count, total))
 }
 
-/// Indices in ascending order, without those of spheres that are the same as an earlier one: all of them, unless many are the same.
+/// Indices in ascending order, without those of spheres that are the same as an earlier one: all of
+/// them, unless many are the same.
 fn distinct(scene: &Scene) -> Vec<u32> {
-    /// One sphere of so many is looked at first, chosen by what it is, so that equal ones are chosen together.
+    /// One sphere of so many is looked at first, chosen by what it is, so that equal ones are
+    /// chosen together.
     const SAMPLE: u64 = 64;
-    let same = |a: u32, b: u32| center(scene, a) == center(scene, b) && radius(scene, a) == radius(scene, b);
+    let same = |a: u32, b: u32| {
+        center(scene, a) == center(scene, b) && radius(scene, a) == radius(scene, b)
+    };
     let hash = |index: u32| {
         let DVec3 { x, y, z } = center(scene, index);
         [x, y, z, radius(scene, index)].iter().fold(0u64, |hash, number| {
@@ -225,11 +269,15 @@ fn distinct(scene: &Scene) -> Vec<u32> {
     };
     // Spheres of some hashes, and the later ones of those that are the same.
     let repeated = |of: u64| {
-        let hashes = (0..scene.len() as u32).into_par_iter().with_min_len(1 << 12).map(|index| (hash(index), index));
+        let hashes = (0..scene.len() as u32)
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(|index| (hash(index), index));
         let mut hashes: Vec<(u64, u32)> = hashes.filter(|(hash, _)| hash % of == 0).collect();
         hashes.par_sort_unstable();
         let later = hashes.par_chunk_by(|a, b| a.0 == b.0).flat_map_iter(|equal| {
-            // Different spheres seldom have one hash: what is the same as the first of them is enough.
+            // Different spheres seldom have one hash: what is the same as the first of them is
+            // enough.
             let first = equal[0].1;
             equal[1..].iter().map(|(_, index)| *index).filter(move |&index| same(first, index))
         });
@@ -245,7 +293,8 @@ fn distinct(scene: &Scene) -> Vec<u32> {
     all.filter(|&index| keep[index as usize]).collect()
 }
 
-/// Some indices along a Morton curve through the cells of a grid, in their order inside of each; and where groups begin.
+/// Some indices along a Morton curve through the cells of a grid, in their order inside of each;
+/// and where groups begin.
 fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32>) {
     // About 32 spheres to a cell, at most 2^18 cells.
     let bits = ((some.len() / 32).max(1).ilog2() / 3).clamp(1, 6);
@@ -256,7 +305,8 @@ fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32
     let spread = |c: u32| (0..bits).map(|k| (c >> k & 1) << (3 * k)).sum::<u32>();
     let spread: Vec<u32> = (0..1 << bits).map(spread).collect();
     let mut indices = vec![0; some.len()];
-    let mut starts = Vec::with_capacity(some.len() / GROUP + (some.len().div_ceil(part) << CLASSES) + 1);
+    let mut starts =
+        Vec::with_capacity(some.len() / GROUP + (some.len().div_ceil(part) << CLASSES) + 1);
     for (number, some) in some.chunks(part).enumerate() {
         let key = |&index: &u32| {
             // A cast of what is NaN, on an axis without extent, gives 0.
@@ -282,14 +332,15 @@ fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32
     (indices, starts)
 }
 
-/// Some indices such that those of a group lie close together, and where groups begin. First by cells, as this is soon done, and inside of
-/// each by halves of halves across the longest side.
+/// Some indices such that those of a group lie close together, and where groups begin. First by
+/// cells, as this is soon done, and inside of each by halves of halves across the longest side.
 fn arranged(scene: &Scene, some: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let bounds = scene.bounds();
     let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
     let item = |&index: &u32| {
         // A cast of what is NaN, where the box is a point, gives 0.
-        let mut at = ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
+        let mut at =
+            ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
         at[0] = at[0] & !((1 << CLASSES) - 1) | class(bounds.max_radius, radius(scene, index));
         Item { at, index }
     };
@@ -353,7 +404,8 @@ mod tests {
     fn groups_hold_their_spheres_and_lie_close_together() {
         let cube = spheres(20_000, DVec3::new);
         // All but eight in one heap, far smaller than a cell.
-        let heap = spheres(20_000, |x, y, z| DVec3::new(x, y, z) * if x < 4e-4 { 1e9 } else { 1.0 });
+        let heap =
+            spheres(20_000, |x, y, z| DVec3::new(x, y, z) * if x < 4e-4 { 1e9 } else { 1.0 });
         let point = spheres(500, |x, _, _| DVec3::ONE + 1e-12 * x);
         for (scene, close) in [(&cube, 0.5), (&heap, 0.5), (&point, 1e-9)] {
             assert!(loose(scene, &Ordered::new(scene).unwrap(), close) < scene.len() / 20);
@@ -364,7 +416,11 @@ mod tests {
             assert!(part < GROUP || loose(&cube, &ordered, 0.5) < cube.len() / 5);
             for start in (0..cube.len()).step_by(part) {
                 let spheres = start..cube.len().min(start + part);
-                assert!(ordered.indices[spheres.clone()].iter().all(|&index| spheres.contains(&(index as usize))));
+                assert!(
+                    ordered.indices[spheres.clone()]
+                        .iter()
+                        .all(|&index| spheres.contains(&(index as usize)))
+                );
                 let groups = ordered.groups_of(spheres.clone());
                 let ends = [groups.start, groups.end].map(|group| ordered.starts[group] as usize);
                 assert_eq!(ends, [spheres.start, spheres.end]);
@@ -380,7 +436,11 @@ mod tests {
         // Some as they are, some that differ by the sign of zero or by the radius alone.
         several.extend(once[..2000].iter().rev());
         several.extend(once[..500].iter().map(|s| Sphere { radius: 2.0 * s.radius, ..*s }));
-        several.extend([0.0, -0.0].map(|x| Sphere { center: DVec3::new(x, 0.5, 0.5), radius: 0.1, color: [0; 3] }));
+        several.extend([0.0, -0.0].map(|x| Sphere {
+            center: DVec3::new(x, 0.5, 0.5),
+            radius: 0.1,
+            color: [0; 3],
+        }));
         let scene = Scene::from_spheres(&several).unwrap();
         let want: Vec<u32> = (0..3000).chain(5000..5501).collect();
         assert_eq!(distinct(&scene), want);
@@ -401,11 +461,18 @@ mod tests {
         assert!(seen.iter().copied().eq(0..scene.len() as u32), "a permutation");
         let mut loose = 0;
         assert_eq!(ordered.starts.len(), ordered.groups.len() + 1);
-        assert!(ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0]))));
+        assert!(
+            ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0])))
+        );
         for (place, &index) in ordered.indices.iter().enumerate() {
             let sphere = scene.known(index as usize);
-            assert_eq!((ordered.block.center(place), ordered.block.radius(place)), (sphere.center, sphere.radius));
-            let group = ordered.groups.known(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
+            assert_eq!(
+                (ordered.block.center(place), ordered.block.radius(place)),
+                (sphere.center, sphere.radius)
+            );
+            let group = ordered
+                .groups
+                .known(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
             assert!(group.center.distance(sphere.center) + sphere.radius <= group.radius);
             loose += usize::from(sphere.radius < 1.0 && group.radius > close + 2e-3);
         }
@@ -419,11 +486,19 @@ mod tests {
             radii,
             colors: Colors::Same([0; 3]),
         };
-        let same = Ordered::new(&Scene::new(vec![block(vec![0.1; 9], Radii::Same(0.3))]).unwrap()).unwrap();
-        assert!(matches!((&same.block.centers, &same.block.radii), (Reals::F32(_), Radii::Same(_))));
-        let blocks = vec![block(vec![0.1; 9], Radii::Same(0.3)), block(vec![0.7; 3], Radii::Same(0.1))];
+        let same = Ordered::new(&Scene::new(vec![block(vec![0.1; 9], Radii::Same(0.3))]).unwrap())
+            .unwrap();
+        assert!(matches!(
+            (&same.block.centers, &same.block.radii),
+            (Reals::F32(_), Radii::Same(_))
+        ));
+        let blocks =
+            vec![block(vec![0.1; 9], Radii::Same(0.3)), block(vec![0.7; 3], Radii::Same(0.1))];
         let ordered = Ordered::new(&Scene::new(blocks.clone()).unwrap()).unwrap();
-        assert!(matches!((&ordered.block.centers, &ordered.block.radii), (Reals::F32(_), Radii::Each(Reals::F64(_)))));
+        assert!(matches!(
+            (&ordered.block.centers, &ordered.block.radii),
+            (Reals::F32(_), Radii::Each(Reals::F64(_)))
+        ));
         let tiny = Scene::new(vec![block(vec![0.1; 3], Radii::Same(1e-200))]).unwrap();
         assert!(Ordered::new(&tiny).is_none(), "squares vanish");
     }

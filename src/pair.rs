@@ -1,34 +1,41 @@
 //! Two spheres that all but coincide: which is nearer, eight pixels at a time.
 //!
-//! Where centres and radii differ by a few units in the last place, the bounds of [`crate::filter`] overlap at every pixel: they
-//! are those of each sphere's place. The difference of two such spheres is known far better than either place: a difference
-//! of two f64 rounds by `u` of itself, however much cancels. So the order is told from the difference:
+//! Where centres and radii differ by a few units in the last place, the bounds of [`crate::filter`]
+//! overlap at every pixel: they are those of each sphere's place. The difference of two such
+//! spheres is known far better than either place: a difference of two f64 rounds by `u` of itself,
+//! however much cancels. So the order is told from the difference:
 //!
-//! With `delta = c_1 - c_2`, `rho = r_1 - r_2`, `R = r_1 + r_2`, and `b`, `q`, `a` as in [`crate::filter`],
+//! With `delta = c_1 - c_2`, `rho = r_1 - r_2`, `R = r_1 + r_2`, and `b`, `q`, `a` as in
+//! [`crate::filter`],
 //!
 //! ```text
-//!     y_1 - y_2 = delta.dir -+ (q_1 - q_2) / S        S = sqrt q_1 + sqrt q_2        (- between near roots, + between far ones)
+//!     y_1 - y_2 = delta.dir -+ (q_1 - q_2) / S        S = sqrt q_1 + sqrt q_2
+//!     (- between near roots, + between far ones)
 //!     q_1 - q_2 = a rho R - (delta x dir) . ((c_1 + c_2) x dir)
 //! ```
 //!
 //! so that the sign is that of `F = (delta.dir) S -+ (q_1 - q_2)`, in which nothing large cancels.
 //!
-//! **Bound.** `N` is the length of `delta` (its roundings are among what is rounded up); `D`, `A`, `W` as in
-//! [`crate::filter`], `D` and `W` those of the sphere that has more. Both hits are solid there, so that `|c_i x dir| <= sqrt A r_i`
-//! up to its bound, `S <= sqrt A R`, and `S` is within `W_1 + W_2`. Each coordinate of `delta` in view space is within `5 u N`
-//! (a rounding of the difference, one of the axis, a product, two sums), screen coordinates within `2 u` of themselves.
+//! **Bound.** `N` is the length of `delta` (its roundings are among what is rounded up); `D`, `A`,
+//! `W` as in [`crate::filter`], `D` and `W` those of the sphere that has more. Both hits are solid
+//! there, so that `|c_i x dir| <= sqrt A r_i` up to its bound, `S <= sqrt A R`, and `S` is within
+//! `W_1 + W_2`. Each coordinate of `delta` in view space is within `5 u N` (a rounding of the
+//! difference, one of the axis, a product, two sums), screen coordinates within `2 u` of
+//! themselves.
 //!
-//! * `delta.dir` is within `16 u N sqrt A`: `8.7` for `delta`, `3` for the screen, `4` for products and sums. Times `S` that is
-//!   `16 u N A R`, and the bound of `S` adds `sqrt A N (W_1 + W_2)`.
-//! * `delta x dir` is within `40 u N A`: `n` and `m` within `12 u N sqrt A` each, and `k = n sy + m sx` within `17 u N A`.
-//! * `c_i x dir` is within `sqrt(2 A) D + 4 u A r_i`, see [`crate::filter`]. So the scalar product is within
-//!   `40 u N A sqrt A R + N sqrt A (2.83 sqrt A D + 8 u A R) + 9 u N A R`.
+//! * `delta.dir` is within `16 u N sqrt A`: `8.7` for `delta`, `3` for the screen, `4` for products
+//!   and sums. Times `S` that is `16 u N A R`, and the bound of `S` adds `sqrt A N (W_1 + W_2)`.
+//! * `delta x dir` is within `40 u N A`: `n` and `m` within `12 u N sqrt A` each, and `k = n sy + m
+//!   sx` within `17 u N A`.
+//! * `c_i x dir` is within `sqrt(2 A) D + 4 u A r_i`, see [`crate::filter`]. So the scalar product
+//!   is within `40 u N A sqrt A R + N sqrt A (2.83 sqrt A D + 8 u A R) + 9 u N A R`.
 //! * `a rho R` is within `12 u A |rho| R`.
 //! * The last sums and differences round by at most `3 u (2 N A R + A |rho| R)`.
 //!
-//! In all `E = 96 u A sqrt A N R + N (sqrt A (W_1 + W_2) + 3 A D) + 20 u A |rho| R`, for which `79`, `2.83` and `15` are needed;
-//! parallel rays have `A = 1` and need less. Centres are apart by `LEAST` or not at all, so that what underflows on the way to
-//! `delta.dir` and `delta x dir` is below `u N`; `FLOOR` is added for what underflows in the last products.
+//! In all `E = 96 u A sqrt A N R + N (sqrt A (W_1 + W_2) + 3 A D) + 20 u A |rho| R`, for which
+//! `79`, `2.83` and `15` are needed; parallel rays have `A = 1` and need less. Centres are apart by
+//! `LEAST` or not at all, so that what underflows on the way to `delta.dir` and `delta x dir` is
+//! below `u N`; `FLOOR` is added for what underflows in the last products.
 
 use glam::DVec3;
 
@@ -39,10 +46,12 @@ use crate::{
     simd::{Lanes, Number},
 };
 
-/// Spheres whose centres and radii together differ by more than this part of `R` are told apart by their places.
+/// Spheres whose centres and radii together differ by more than this part of `R` are told apart by
+/// their places.
 const NEAR: f64 = 0.125;
 
-/// Centres that are less apart than this, and not the same, are told apart by their places: below it, products are subnormal.
+/// Centres that are less apart than this, and not the same, are told apart by their places: below
+/// it, products are subnormal.
 const LEAST: f64 = f64::from_bits((1023 - 900) << 52);
 
 /// A sphere of a pair.
@@ -90,11 +99,16 @@ pub struct Apart<L> {
 impl Pair {
     /// Of a sphere and another; none unless they all but coincide, and differ.
     #[inline(always)]
-    pub fn new<const PERSPECTIVE: bool>(one: Ball, other: Ball, projector: &Projector) -> Option<Self> {
+    pub fn new<const PERSPECTIVE: bool>(
+        one: Ball,
+        other: Ball,
+        projector: &Projector,
+    ) -> Option<Self> {
         let scale = projector.scale;
         let difference = one.center - other.center;
         let delta = difference * scale;
-        let (rho, sum) = ((one.radius - other.radius) * scale, one.radius * scale + other.radius * scale);
+        let (rho, sum) =
+            ((one.radius - other.radius) * scale, one.radius * scale + other.radius * scale);
         // A length whose squares do not underflow, or more than it.
         let sides = delta.x.abs() + delta.y.abs() + delta.z.abs();
         let apart = if sides > 1e-100 { delta.length() } else { sides };
@@ -121,8 +135,8 @@ impl Pair {
         Some(Self { both, delta: projector.rotate(delta).to_array(), radii: rho * sum, bound, cut })
     }
 
-    /// The order of two walls, at pixels of a row at screen coordinates `sx`, where both are certainly met. No clip plane may cut
-    /// these walls.
+    /// The order of two walls, at pixels of a row at screen coordinates `sx`, where both are
+    /// certainly met. No clip plane may cut these walls.
     #[inline(always)]
     pub fn order<L: Lanes, const PERSPECTIVE: bool>(&self, wall: Root, sx: L, sy: f64) -> Order {
         let Apart { difference, bound, solid } = self.apart::<L, PERSPECTIVE>(wall, sx, sy);
@@ -174,7 +188,8 @@ impl Pair {
     #[inline(always)]
     pub fn depth<L: Lanes, const PERSPECTIVE: bool>(&self, wall: Root, sx: L, sy: f64) -> (L, f64) {
         let One { sphere, margins } = &self.both[0];
-        let (q, b) = Row::new::<PERSPECTIVE>(sphere, sy).lifted(margins.width).meet::<L, PERSPECTIVE>(sx);
+        let (q, b) =
+            Row::new::<PERSPECTIVE>(sphere, sy).lifted(margins.width).meet::<L, PERSPECTIVE>(sx);
         let root = q.max(L::splat(0.0)).sqrt();
         let depth = match wall {
             Root::Near => b.sub(root),
@@ -183,9 +198,15 @@ impl Pair {
         (depth, margins.width)
     }
 
-    /// Where the near walls of both are seen for certain, and where both far ones are, as far as clip planes go: a bit for each pixel.
+    /// Where the near walls of both are seen for certain, and where both far ones are, as far as
+    /// clip planes go: a bit for each pixel.
     #[inline(always)]
-    pub fn walls<L: Lanes, const PERSPECTIVE: bool>(&self, projector: &Projector, sx: L, sy: f64) -> [u8; 2] {
+    pub fn walls<L: Lanes, const PERSPECTIVE: bool>(
+        &self,
+        projector: &Projector,
+        sx: L,
+        sy: f64,
+    ) -> [u8; 2] {
         if !self.cut {
             return [u8::MAX, 0];
         }
@@ -211,9 +232,16 @@ impl One {
         Row::new::<PERSPECTIVE>(&self.sphere, sy).meet::<L, PERSPECTIVE>(sx)
     }
 
-    /// Where the near wall is in the clip range for certain, and where the far one is and the near one is not.
+    /// Where the near wall is in the clip range for certain, and where the far one is and the near
+    /// one is not.
     #[inline(always)]
-    fn seen<L: Lanes, const PERSPECTIVE: bool>(&self, sx: L, sy: f64, near: [L; 2], far: L) -> [u8; 2] {
+    fn seen<L: Lanes, const PERSPECTIVE: bool>(
+        &self,
+        sx: L,
+        sy: f64,
+        near: [L; 2],
+        far: L,
+    ) -> [u8; 2] {
         let (q, b) = self.meet::<L, PERSPECTIVE>(sx, sy);
         let (root, width) = (q.max(L::splat(0.0)).sqrt(), L::splat(self.margins.width));
         let (first, second) = (b.sub(root), b.add(root));
@@ -239,12 +267,15 @@ pub fn near(one: &Ball, other: &Ball) -> bool {
     apart + (one.radius - other.radius).abs() <= NEAR * (one.radius + other.radius)
 }
 
-/// Whether a ball certainly lies inside another, strictly: the other then hides it wherever no clip plane cuts the other.
+/// Whether a ball certainly lies inside another, strictly: the other then hides it wherever no clip
+/// plane cuts the other.
 ///
-/// `|delta| < r_2 - r_1`, squared. Differences are within `u` of themselves, so that the square of the distance is within `5 u` of
-/// itself, and that of the radii within `3 u`; [`FLOOR`] covers what underflows.
+/// `|delta| < r_2 - r_1`, squared. Differences are within `u` of themselves, so that the square of
+/// the distance is within `5 u` of itself, and that of the radii within `3 u`; [`FLOOR`] covers
+/// what underflows.
 #[inline(always)]
 pub fn inside(inner: &Ball, outer: &Ball) -> bool {
     let (delta, rho) = (inner.center - outer.center, outer.radius - inner.radius);
-    rho > 0.0 && (delta == DVec3::ZERO || delta.length_squared() * (1.0 + 16.0 * U) + FLOOR < rho * rho)
+    rho > 0.0
+        && (delta == DVec3::ZERO || delta.length_squared() * (1.0 + 16.0 * U) + FLOOR < rho * rho)
 }

@@ -1,10 +1,12 @@
-//! What a frame needs of the GPU, as data: fixed point, bounds, tile tables and the order of passes.
+//! What a frame needs of the GPU, as data: fixed point, bounds, tile tables and the order of
+//! passes.
 //!
-//! Pure functions of scene extent, view, tile lists and limits; no device is named here. The structs that the shaders share are here too,
-//! with the Rust twins of `shaders/rotate.wgsl`.
+//! Pure functions of scene extent, view, tile lists and limits; no device is named here. The
+//! structs that the shaders share are here too, with the Rust twins of `shaders/rotate.wgsl`.
 //!
-//! Spaces. *Fixed point*: a centre relative to the middle of the data, in units of a power of two, as integers of at most 2^28.
-//! *Steps*: the view's unit of length, a power of two of units; a rotated centre plus a tile's offset is an `i32` in steps.
+//! Spaces. *Fixed point*: a centre relative to the middle of the data, in units of a power of two,
+//! as integers of at most 2^28. *Steps*: the view's unit of length, a power of two of units; a
+//! rotated centre plus a tile's offset is an `i32` in steps.
 
 use std::ops::Range;
 
@@ -95,13 +97,15 @@ const CENTER_BITS: i32 = 28;
 const AXIS_BITS: i32 = 30;
 /// Greatest length of an axis, for `rotate`.
 const LONGEST: f64 = 1.5;
-/// Largest offset from the middle of the data to a tile, in steps: with a rotated centre (below 1.5 sqrt 3 * 2^28) it fits an `i32`.
+/// Largest offset from the middle of the data to a tile, in steps: with a rotated centre (below 1.5
+/// sqrt 3 * 2^28) it fits an `i32`.
 const OFFSET_LIMIT: f64 = (1 << 30) as f64;
 /// One WGSL rounding.
 const ULP: f64 = 1.0 / (1 << 23) as f64;
 
-/// Error of a rotated centre with its offset, in steps: 0.5 units in each component of the centre (0.87 as a vector, and a step is at
-/// least a unit), 0.5 * 2^-30 in each component of the axis times 2^28 (0.38), 0.75 + 0.5 in `rotate`, 0.5 in the offset.
+/// Error of a rotated centre with its offset, in steps: 0.5 units in each component of the centre
+/// (0.87 as a vector, and a step is at least a unit), 0.5 * 2^-30 in each component of the axis
+/// times 2^28 (0.38), 0.75 + 0.5 in `rotate`, 0.5 in the offset.
 const ROTATION_ERROR: f64 = 3.125;
 /// What is added for axes of up to the greatest length: 0.87 times what it is above 1.
 const LONGER: f64 = 0.4375;
@@ -126,7 +130,8 @@ pub struct Fixed {
 }
 
 impl Fixed {
-    /// For centres inside `bounds`; none where exponents are so extreme that f64 products could leave their range.
+    /// For centres inside `bounds`; none where exponents are so extreme that f64 products could
+    /// leave their range.
     pub fn new(bounds: &Bounds) -> Option<Self> {
         let middle = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
         let reach = (bounds.max_center - middle).max(middle - bounds.min_center).max_element();
@@ -139,12 +144,18 @@ impl Fixed {
     }
 
     /// A sphere as the device has it: centre, and the bits of the radius in units as f32.
-    /// Differences round monotonely, so a component is at most 2^28; a tiny radius may become 0, which `ROTATION_ERROR` dwarfs.
+    /// Differences round monotonely, so a component is at most 2^28; a tiny radius may become 0,
+    /// which `ROTATION_ERROR` dwarfs.
     pub fn record(&self, center: DVec3, radius: f64) -> [i32; 4] {
         let unit = power(-self.exponent);
         let c = (center - self.middle) * unit;
         let r = ((radius * unit) as f32).min(f32::MAX);
-        [c.x.round_ties_even() as i32, c.y.round_ties_even() as i32, c.z.round_ties_even() as i32, r.to_bits() as i32]
+        [
+            c.x.round_ties_even() as i32,
+            c.y.round_ties_even() as i32,
+            c.z.round_ties_even() as i32,
+            r.to_bits() as i32,
+        ]
     }
 }
 
@@ -224,7 +235,8 @@ fn up(x: f64) -> f32 {
 }
 
 impl Eye {
-    /// Of a view of a scene with these bounds; none where the device's numbers cannot hold it, and the host must decide all.
+    /// Of a view of a scene with these bounds; none where the device's numbers cannot hold it, and
+    /// the host must decide all.
     pub fn new(fixed: &Fixed, bounds: &Bounds, view: &View) -> Option<Self> {
         let camera = &view.camera;
         let axes = Axes::new(camera);
@@ -234,9 +246,14 @@ impl Eye {
         // Half the screen and a tile more.
         let half = [(0.5 * image[0] + 16.0) * pitch[0], (0.5 * image[1] + 16.0) * pitch[1]];
         let perspective = camera.projection == Projection::Perspective;
-        let spread = if perspective { 1.001 * (1.0 + half[0] * half[0] + half[1] * half[1]).sqrt() } else { 1.0 };
+        let spread = if perspective {
+            1.001 * (1.0 + half[0] * half[0] + half[1] * half[1]).sqrt()
+        } else {
+            1.0
+        };
 
-        // The middle of the data in view space: the difference is exact as high + low (two-sum), products and sums round.
+        // The middle of the data in view space: the difference is exact as high + low (two-sum),
+        // products and sums round.
         let (m, o) = (fixed.middle, camera.origin);
         let high = m - o;
         let back = high - m;
@@ -244,21 +261,27 @@ impl Eye {
         let to_view = |axis: DVec3| axis.dot(high) + axis.dot(low);
         let middle = DVec3::new(to_view(right), to_view(upward), to_view(forward));
         let distance = high.x.hypot(high.y).hypot(high.z);
-        // With u = 2^-53: a coordinate is within 5 u |high| (an axis rounds by u, products and sums by 4 u), a place on the screen within 2 u |s|,
-        // their difference rounds by u of both: 6 u |high| + 3 u |s|. In perspective m.z sx - m.x is within u |high| (6 + 9 |s|), and that
+        // With u = 2^-53: a coordinate is within 5 u |high| (an axis rounds by u, products and sums
+        // by 4 u), a place on the screen within 2 u |s|, their difference rounds by u of both: 6 u
+        // |high| + 3 u |s|. In perspective m.z sx - m.x is within u |high| (6 + 9 |s|), and that
         // below 8.5 u |high| (1 + s^2). What is left over pays for what is u times smaller.
-        let ulps =
-            if perspective { 9.0 * spread * spread * distance } else { 6.5 * distance + 3.5 * (half[0] + half[1]) };
+        let ulps = if perspective {
+            9.0 * spread * spread * distance
+        } else {
+            6.5 * distance + 3.5 * (half[0] + half[1])
+        };
         let error = power(-53) * ulps;
 
-        // A step: small against a pixel, yet large enough that spheres and tiles are not far beyond 2^29 steps.
+        // A step: small against a pixel, yet large enough that spheres and tiles are not far beyond
+        // 2^29 steps.
         let unit = power(fixed.exponent);
         let extent = 0.5 * (bounds.max_center - bounds.min_center);
         let depth_reach = extent.dot(forward.abs()) + bounds.max_radius;
         let pixel = |p: f64| if perspective { p * (middle.z.abs() + depth_reach) } else { p };
         let (fine, coarse) = (pixel(pitch[0].min(pitch[1])), pixel(pitch[0].max(pitch[1])));
-        let levels =
-            |length: f64, bits: i32| if length > 0.0 { (above(length) - bits - fixed.exponent).max(0) } else { 0 };
+        let levels = |length: f64, bits: i32| {
+            if length > 0.0 { (above(length) - bits - fixed.exponent).max(0) } else { 0 }
+        };
         let wish = levels(spread * bounds.max_radius + 16.0 * coarse, 29);
         let limit = (above(fine) - 1 - 16 - fixed.exponent).max(levels(16.0 * coarse, 28)).max(0);
         // Axes of perspective tiles are as long as `spread`.
@@ -280,7 +303,8 @@ impl Eye {
             24.0 * ULP * widest
         };
         let delta = ROTATION_ERROR + middle_error + roundings;
-        // Depths in a perspective tile start so far before the first hit that keys of hits are above 0 (shaders/perspective.wgsl), and a little more.
+        // Depths in a perspective tile start so far before the first hit that keys of hits are
+        // above 0 (shaders/perspective.wgsl), and a little more.
         let margin = if perspective {
             let half = 3.6 * widest;
             let by_radius = (1.0 / 32.0 + half / 8.0) * bounds.max_radius / step;
@@ -301,16 +325,19 @@ impl Eye {
             base_far: if base_fits { 0.0 } else { middle.z as f32 },
             ..Frame::zeroed()
         };
-        let slop = power(-40) * (high.abs().element_sum() + half[0] + half[1] + depth_reach + camera.near);
+        let slop =
+            power(-40) * (high.abs().element_sum() + half[0] + half[1] + depth_reach + camera.near);
         let center = middle.z * step;
-        let crossed = [center - depth_reach - slop <= camera.near, center + depth_reach + slop >= camera.far];
+        let crossed =
+            [center - depth_reach - slop <= camera.near, center + depth_reach + slop >= camera.far];
         // Everything must stay where squares of f32 do, and steps must resolve something.
         let sane = level <= 120
             && delta < power(60)
             && scaled.iter().all(|&p| p > power(-60) && p < power(40))
             && middle.is_finite()
             && middle.abs().max_element() < power(60)
-            && (!perspective || (spread <= 8.0 && coarse / step < power(30) && spread * farthest < power(60)));
+            && (!perspective
+                || (spread <= 8.0 && coarse / step < power(30) && spread * farthest < power(60)));
         sane.then_some(Self {
             frame,
             projection: camera.projection,
@@ -346,14 +373,15 @@ impl Eye {
         if length.is_finite() { up((length / self.step).min(1e30)) } else { NEVER }
     }
 
-    /// The kernel for a tile whose spheres lie at `nearest` (in world units) or beyond, were its numbers to fit.
+    /// The kernel for a tile whose spheres lie at `nearest` (in world units) or beyond, were its
+    /// numbers to fit.
     fn kernel(&self, nearest: f64) -> Class {
         let near = self.crossed[0] && (nearest.is_nan() || nearest <= self.near);
         if near || self.crossed[1] { Class::Clipped } else { Class::Open }
     }
 
-    /// The tile whose first pixel is (`column`, `row`) and whose spheres lie at `nearest` or beyond. If `all` is false more spheres are to
-    /// come, which may be nearer.
+    /// The tile whose first pixel is (`column`, `row`) and whose spheres lie at `nearest` or
+    /// beyond. If `all` is false more spheres are to come, which may be nearer.
     pub fn place(&self, column: u32, row: u32, nearest: f64, all: bool) -> (Class, Place) {
         let half = f64::from(TILE / 2);
         let sx = (f64::from(column) + half - 0.5 * self.image[0]) * self.pitch[0];
@@ -364,10 +392,15 @@ impl Eye {
             Projection::Perspective => {
                 let axis = |a: DVec3| (a * self.one).to_array().map(|c| c.round_ties_even() as i32);
                 let (n, across) = (sx * self.forward - self.right, self.up - sy * self.forward);
-                (m.z * sx - m.x, m.y - m.z * sy, Fan { n: axis(n), sx: sx as f32, m: axis(across), sy: sy as f32 })
+                (
+                    m.z * sx - m.x,
+                    m.y - m.z * sy,
+                    Fan { n: axis(n), sx: sx as f32, m: axis(across), sy: sy as f32 },
+                )
             }
         };
-        // Depths are relative to where the first hit can be, for the sake of f32; what is nearer counts as lying there.
+        // Depths are relative to where the first hit can be, for the sake of f32; what is nearer
+        // counts as lying there.
         let first = if all { nearest.max(self.least) } else { self.least };
         let z = m.z - first / self.step + self.margin;
         // Perspective keys must be above 0.
@@ -384,12 +417,18 @@ impl Eye {
         let ([a, b], [c, d]) = (plane(self.near), plane(self.far));
         let fits = x.abs() <= OFFSET_LIMIT && y.abs() <= OFFSET_LIMIT;
         let class = if fits && begins { self.kernel(nearest) } else { Class::Host };
-        let tile = Tile { x: x.round_ties_even() as i32, y: y.round_ties_even() as i32, z: z as i32, ..Tile::zeroed() };
+        let tile = Tile {
+            x: x.round_ties_even() as i32,
+            y: y.round_ties_even() as i32,
+            z: z as i32,
+            ..Tile::zeroed()
+        };
         (class, Place { tile, fan, planes: [a, b, c, d] })
     }
 }
 
-/// Tile lists of some spheres: of tile `t`, row by row, the entries `starts[t]..starts[t + 1]` are indices in the scene.
+/// Tile lists of some spheres: of tile `t`, row by row, the entries `starts[t]..starts[t + 1]` are
+/// indices in the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Lists<'a> {
     /// Tiles in a row.
@@ -400,11 +439,13 @@ pub struct Lists<'a> {
     pub starts: &'a [u32],
     /// Indices in the scene, those of a tile roughly front to back.
     pub entries: &'a [u32],
-    /// Of each tile with a list, a lower bound of the depth of all spheres in it, in `unit`; may be infinite.
+    /// Of each tile with a list, a lower bound of the depth of all spheres in it, in `unit`; may be
+    /// infinite.
     pub nearest: &'a [f64],
     /// In world units.
     pub unit: f64,
-    /// No entry of a tile begins nearer, by more than this, than any entry before it in the list; world units, may be infinite.
+    /// No entry of a tile begins nearer, by more than this, than any entry before it in the list;
+    /// world units, may be infinite.
     pub disorder: f64,
 }
 
@@ -421,7 +462,8 @@ pub struct Limits {
     pub few: u32,
     /// Where fewer tiles have such lists, they are drawn with the others.
     pub worth: usize,
-    /// Entries of one tile in one pass. Mesa's software device drops loop iterations beyond 65,535 without a word.
+    /// Entries of one tile in one pass. Mesa's software device drops loop iterations beyond 65,535
+    /// without a word.
     pub round: u32,
 }
 
@@ -475,7 +517,14 @@ impl Band {
         let (columns, rows) = (region.width.div_ceil(TILE), region.height.div_ceil(TILE));
         let tiles = (columns * rows) as usize;
         let (places, host) = (Vec::new(), Vec::new());
-        Self { region, columns, numbers: vec![Self::UNMET; tiles], places, host, left_out: vec![false; tiles] }
+        Self {
+            region,
+            columns,
+            numbers: vec![Self::UNMET; tiles],
+            places,
+            host,
+            left_out: vec![false; tiles],
+        }
     }
 
     /// Number of tiles.
@@ -493,12 +542,20 @@ impl Band {
 
     /// Tiles that were met and are not the host's.
     pub fn met(&self) -> Vec<u32> {
-        (0..self.numbers.len() as u32).filter(|&t| self.numbers[t as usize] != Self::UNMET).collect()
+        (0..self.numbers.len() as u32)
+            .filter(|&t| self.numbers[t as usize] != Self::UNMET)
+            .collect()
     }
 
     /// The dispatches that some lists need, and whether each tile has only one segment among them.
     /// `all` says that no more lists will come.
-    pub fn passes(&mut self, lists: &Lists<'_>, eye: &Eye, limits: Limits, all: bool) -> (Vec<Pass>, bool) {
+    pub fn passes(
+        &mut self,
+        lists: &Lists<'_>,
+        eye: &Eye,
+        limits: Limits,
+        all: bool,
+    ) -> (Vec<Pass>, bool) {
         // Tiles of each kernel, and whether they were never met before.
         let mut kernels = [Vec::new(), Vec::new(), Vec::new()];
         let mut meet = |tile: u32| {
@@ -541,24 +598,37 @@ impl Band {
         let mut single = true;
         for window in (0..lists.entries.len()).step_by(limits.entries) {
             let window = window as u32..lists.entries.len().min(window + limits.entries) as u32;
-            for ((clipped, few), tiles) in [(false, false), (false, true), (true, false)].into_iter().zip(&kernels) {
+            for ((clipped, few), tiles) in
+                [(false, false), (false, true), (true, false)].into_iter().zip(&kernels)
+            {
                 for round in 0.. {
                     let mut segments = Vec::new();
                     for &(tile, fresh) in tiles {
-                        let (first, last) = (lists.starts[tile as usize], lists.starts[tile as usize + 1]);
+                        let (first, last) =
+                            (lists.starts[tile as usize], lists.starts[tile as usize + 1]);
                         let start = first.max(window.start).saturating_add(round * limits.round);
                         let stop = last.min(window.end);
                         if start < stop {
                             let count = (stop - start).min(limits.round);
                             single &= count == last - first;
                             let fresh = fresh && start == first;
-                            segments.push(Segment { tile, start: start - window.start, count, fresh });
+                            segments.push(Segment {
+                                tile,
+                                start: start - window.start,
+                                count,
+                                fresh,
+                            });
                         }
                     }
                     if segments.is_empty() {
                         break;
                     }
-                    passes.push(Pass { clipped, few, window: window.start as usize..window.end as usize, segments });
+                    passes.push(Pass {
+                        clipped,
+                        few,
+                        window: window.start as usize..window.end as usize,
+                        segments,
+                    });
                 }
             }
         }
@@ -569,8 +639,9 @@ impl Band {
 /// Side of the blocks in which tiles are drawn, in tiles.
 const BLOCK: u32 = 8;
 
-/// An order of tiles, given by rows of neighbours: blocks of neighbours, whose lists share spheres, come together, so that caches see them
-/// together; blocks that follow each other are distant, so that devices that split a dispatch into contiguous parts are loaded evenly.
+/// An order of tiles, given by rows of neighbours: blocks of neighbours, whose lists share spheres,
+/// come together, so that caches see them together; blocks that follow each other are distant, so
+/// that devices that split a dispatch into contiguous parts are loaded evenly.
 fn for_tiles_in_order(columns: u32, rows: u32, mut visit: impl FnMut(Range<u32>)) {
     let across = columns.div_ceil(BLOCK);
     let blocks = (across * rows.div_ceil(BLOCK)) as usize;
@@ -608,14 +679,22 @@ mod tests {
         let mut state = 0x9e37_79b9_7f4a_7c15;
         let mut worst = 0.0f64;
         for round in 0..200_000 {
-            let mut v: [i32; 3] = std::array::from_fn(|_| (random(&mut state) % (1 << 29) + 1) as i32 - (1 << 28));
+            let mut v: [i32; 3] =
+                std::array::from_fn(|_| (random(&mut state) % (1 << 29) + 1) as i32 - (1 << 28));
             if round % 3 == 0 {
                 v = v.map(|c| if c < 0 { -(1 << 28) } else { 1 << 28 });
             }
-            let axis = DVec3::from_array(std::array::from_fn(|_| (random(&mut state) >> 40) as f64 - 8388607.5));
-            let axis = if round % 7 == 0 { [DVec3::X, -DVec3::Y, DVec3::Z][round % 3] } else { axis.normalize() };
+            let axis = DVec3::from_array(std::array::from_fn(|_| {
+                (random(&mut state) >> 40) as f64 - 8388607.5
+            }));
+            let axis = if round % 7 == 0 {
+                [DVec3::X, -DVec3::Y, DVec3::Z][round % 3]
+            } else {
+                axis.normalize()
+            };
             let length = if round % 2 == 0 { LONGEST } else { 1.0 };
-            let m = (axis * length * f64::from(1 << 30)).to_array().map(|c| c.round_ties_even() as i32);
+            let m =
+                (axis * length * f64::from(1 << 30)).to_array().map(|c| c.round_ties_even() as i32);
             let exact: i64 = (0..3).map(|k| i64::from(m[k]) * i64::from(v[k])).sum();
             let error = (exact as f64 / f64::from(1 << 30) - f64::from(rotate(m, v))).abs();
             worst = worst.max(error);
@@ -639,19 +718,26 @@ mod tests {
             for _ in 0..20_000 {
                 let mut vector = || DVec3::new(number(), number(), number());
                 let ball = |center| Sphere { center, radius: 0.01, color: [0; 3] };
-                let bounds = Scene::from_spheres(&[ball(vector()), ball(vector())]).unwrap().bounds();
+                let bounds =
+                    Scene::from_spheres(&[ball(vector()), ball(vector())]).unwrap().bounds();
                 let fixed = Fixed::new(&bounds).unwrap();
                 let mut camera = Camera::orthographic(1e5 * vector(), vector());
                 camera.projection = projection;
                 camera.size = ScreenSize::Both { width: 0.25, height: 0.25 };
                 let view = View::new(camera, ImageSize { width: 64, height: 64 });
                 let Some(eye) = Eye::new(&fixed, &bounds, &view) else { continue };
-                let away = [0, 1, 2].map(|k| Bounded::difference(fixed.middle[k], camera.origin[k]));
+                let away =
+                    [0, 1, 2].map(|k| Bounded::difference(fixed.middle[k], camera.origin[k]));
                 let axes = Axes::new(&camera);
-                for (axis, found) in [(axes.right, eye.middle.x), (axes.up, eye.middle.y), (axes.forward, eye.middle.z)]
-                {
-                    let part =
-                        |k: usize| Bounded::pair(axis.high[k], axis.low[k], crate::exact::axes::Axis::ERROR) * away[k];
+                for (axis, found) in [
+                    (axes.right, eye.middle.x),
+                    (axes.up, eye.middle.y),
+                    (axes.forward, eye.middle.z),
+                ] {
+                    let part = |k: usize| {
+                        Bounded::pair(axis.high[k], axis.low[k], crate::exact::axes::Axis::ERROR)
+                            * away[k]
+                    };
                     let off = part(0) + part(1) + part(2) - Bounded::exact(found * eye.step);
                     worst = worst.max(off.value().abs() / (eye.middle_error * eye.step));
                 }
@@ -660,14 +746,19 @@ mod tests {
         }
     }
 
-    /// The axes of perspective tiles are as long as rays are; the shader's multiplication takes them up to a length.
+    /// The axes of perspective tiles are as long as rays are; the shader's multiplication takes
+    /// them up to a length.
     #[test]
     fn axes_of_wide_views_keep_to_their_bits() {
         use crate::{
             camera::{Camera, ImageSize, ScreenSize},
             scene::{Scene, Sphere},
         };
-        let ball = |x: f64| Sphere { center: DVec3::new(x, 0.3 * x, -0.2 * x), radius: 0.5, color: [0; 3] };
+        let ball = |x: f64| Sphere {
+            center: DVec3::new(x, 0.3 * x, -0.2 * x),
+            radius: 0.5,
+            color: [0; 3],
+        };
         let bounds = Scene::from_spheres(&[ball(4.0), ball(9.0)]).unwrap().bounds();
         let fixed = Fixed::new(&bounds).unwrap();
         for width in [0.1, 0.9, 2.0, 3.4, 3.6, 6.9, 11.0] {
@@ -684,7 +775,10 @@ mod tests {
                 let (_, place) = eye.place(column, row, 1.0, true);
                 for axis in [place.fan.n, place.fan.m, eye.frame.forward] {
                     let length = axis.map(|c| f64::from(c).powi(2)).iter().sum::<f64>().sqrt();
-                    assert!(length <= (LONGEST + 1e-9) * f64::from(1 << 30), "width {width}: {axis:?}");
+                    assert!(
+                        length <= (LONGEST + 1e-9) * f64::from(1 << 30),
+                        "width {width}: {axis:?}"
+                    );
                 }
             }
         }

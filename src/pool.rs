@@ -1,11 +1,13 @@
 //! Loops over threads whose pieces stay with a thread from one frame to the next.
 //!
-//! A frame writes what the frame before wrote: ids, tiles, lists. Where another core has these lines changed in its cache, a write waits for
-//! them: measured on two cores, filling 4 MB took 65 us with the halves as they were, and 170 us with the halves exchanged. So each thread
-//! begins with pieces of its own, the same ones each time, and helps others when it is through.
+//! A frame writes what the frame before wrote: ids, tiles, lists. Where another core has these
+//! lines changed in its cache, a write waits for them: measured on two cores, filling 4 MB took 65
+//! us with the halves as they were, and 170 us with the halves exchanged. So each thread begins
+//! with pieces of its own, the same ones each time, and helps others when it is through.
 //!
-//! **No rayon inside of a lock, a `OnceLock` or a borrow of a `thread_local`.** A thread that waits there for others takes up
-//! whatever work there is meanwhile, another drawing included: that asks for the same lock, and waits for itself for ever.
+//! **No rayon inside of a lock, a `OnceLock` or a borrow of a `thread_local`.** A thread that waits
+//! there for others takes up whatever work there is meanwhile, another drawing included: that asks
+//! for the same lock, and waits for itself for ever.
 
 use std::{
     ops::Range,
@@ -17,8 +19,9 @@ use std::{
 
 use rayon::prelude::*;
 
-/// Runs the work of a frame on a thread of the pool, so that it is not left and entered again for each loop. Memory of a frame that is
-/// large, such as its ids, should be had before: threads of the pool have heaps of their own, and frames run now on one of them, now on another.
+/// Runs the work of a frame on a thread of the pool, so that it is not left and entered again for
+/// each loop. Memory of a frame that is large, such as its ids, should be had before: threads of
+/// the pool have heaps of their own, and frames run now on one of them, now on another.
 pub fn enter<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     rayon::scope(|_| work())
 }
@@ -33,8 +36,11 @@ pub fn each(pieces: usize, work: impl Fn(usize) + Sync) {
     if threads <= 1 {
         return (0..pieces).for_each(work);
     }
-    let own = |thread: usize| -> Range<usize> { thread * pieces / threads..(thread + 1) * pieces / threads };
-    let cursors: Vec<_> = (0..threads).map(|thread| Cursor(AtomicUsize::new(own(thread).start))).collect();
+    let own = |thread: usize| -> Range<usize> {
+        thread * pieces / threads..(thread + 1) * pieces / threads
+    };
+    let cursors: Vec<_> =
+        (0..threads).map(|thread| Cursor(AtomicUsize::new(own(thread).start))).collect();
     (0..threads).into_par_iter().with_max_len(1).for_each(|task| {
         let first = rayon::current_thread_index().unwrap_or(task);
         for thread in (first..first + threads).map(|thread| thread % threads) {
@@ -83,8 +89,13 @@ mod tests {
                     "{threads} threads, {pieces} pieces"
                 );
                 let mut things = vec![0; pieces];
-                pool.install(|| each_of(things.iter_mut().enumerate(), |(number, thing)| *thing += number + 1));
-                assert!(things.iter().enumerate().all(|(number, thing)| *thing == number + 1), "{threads}, {pieces}");
+                pool.install(|| {
+                    each_of(things.iter_mut().enumerate(), |(number, thing)| *thing += number + 1)
+                });
+                assert!(
+                    things.iter().enumerate().all(|(number, thing)| *thing == number + 1),
+                    "{threads}, {pieces}"
+                );
             }
         }
     }

@@ -1,17 +1,22 @@
-//! Spheres into view space in f64, with bounds: the first half of the filter that both devices share.
+//! Spheres into view space in f64, with bounds: the first half of the filter that both devices
+//! share.
 //!
-//! View space has its origin at the camera, x to the right, y up, z along the view direction; lengths are world units times
-//! a power of two that keeps squares in range (1 unless the scene is extreme).
+//! View space has its origin at the camera, x to the right, y up, z along the view direction;
+//! lengths are world units times a power of two that keeps squares in range (1 unless the scene is
+//! extreme).
 //!
-//! **Position bound.** With u = 2^-53: `f = c - o` is within u |f_k| of the truth, an axis component within u of itself; with a
-//! product and at most two sums, a coordinate is within `5 u sum |f_k a_k| <= 5 u |f| <= 5 u L`, `L = |x| + |y| + |z|`.
-//! [`Projected::bound`] is `P = 8 u (L + r)`: the rest covers what is done next, as long as that rounds by no more than
-//! `3 u L + 8 u r`, the bound itself included. So `z - r - P` and `z + r + P` bound the depths of a sphere.
+//! **Position bound.** With u = 2^-53: `f = c - o` is within u |f_k| of the truth, an axis
+//! component within u of itself; with a product and at most two sums, a coordinate is within `5 u
+//! sum |f_k a_k| <= 5 u |f| <= 5 u L`, `L = |x| + |y| + |z|`. [`Projected::bound`] is `P = 8 u (L +
+//! r)`: the rest covers what is done next, as long as that rounds by no more than `3 u L + 8 u r`,
+//! the bound itself included. So `z - r - P` and `z + r + P` bound the depths of a sphere.
 //!
-//! **Footprints.** `x -+ (r + 1.5 P)` rounds by `u (|x| + 2 r)`; the factor to pixels and the product by another `3 u (|x| + r)`:
-//! in all 9 u L and 5 u r, for which `1.5 P = 12 u (L + r)` is there; in perspective, 7.1 u L and the sum with r, and what
-//! is left, 4 u L, moves a tangent of slope s by at least `4 u (1 + s^2) >= 8 u |s|`, where 3 u |s| is needed. The offset and the sum with the margin round once each,
-//! and as long as the pixel lies on the screen both are below 2^15: [`MARGIN`] is a unit in the last place there.
+//! **Footprints.** `x -+ (r + 1.5 P)` rounds by `u (|x| + 2 r)`; the factor to pixels and the
+//! product by another `3 u (|x| + r)`: in all 9 u L and 5 u r, for which `1.5 P = 12 u (L + r)` is
+//! there; in perspective, 7.1 u L and the sum with r, and what is left, 4 u L, moves a tangent of
+//! slope s by at least `4 u (1 + s^2) >= 8 u |s|`, where 3 u |s| is needed. The offset and the sum
+//! with the margin round once each, and as long as the pixel lies on the screen both are below
+//! 2^15: [`MARGIN`] is a unit in the last place there.
 
 use glam::DVec3;
 
@@ -99,8 +104,9 @@ pub struct Projector {
 /// How many spheres are projected at once: arrays of this length stay in the first cache.
 pub const BATCH: usize = 64;
 
-/// A batch of spheres in view space, one array a coordinate, and the pixels of the region that each may be seen at:
-/// columns `left ..= right`, rows `top ..= bottom`; none if `left > right` or `top > bottom`.
+/// A batch of spheres in view space, one array a coordinate, and the pixels of the region that each
+/// may be seen at: columns `left ..= right`, rows `top ..= bottom`; none if `left > right` or `top
+/// > bottom`.
 pub struct Batch {
     /// To the right.
     pub x: [f64; BATCH],
@@ -185,14 +191,17 @@ impl Projector {
         let (width, height) = (pitch_x.length * unit, pitch_y.length * unit);
         let (across, down) = (f64::from(pitch_x.divisor), f64::from(pitch_y.divisor));
         // The product and the quotient each round once: within 2 u.
-        let sample = |odd: i32, length: f64, divisor: f64| f64::from(odd) * length / (2.0 * divisor);
+        let sample =
+            |odd: i32, length: f64, divisor: f64| f64::from(odd) * length / (2.0 * divisor);
         let padded = |count: u32, value: &dyn Fn(u32) -> f64| {
             let mut values: Vec<f64> = (0..count).map(value).collect();
             values.resize((count as usize).next_multiple_of(64), f64::INFINITY);
             values
         };
-        let columns = padded(region.width, &|i| sample(truth.view().odd_x(region.x + i), width, across));
-        let rows = padded(region.height, &|j| sample(truth.view().odd_y(region.y + j), height, down));
+        let columns =
+            padded(region.width, &|i| sample(truth.view().odd_x(region.x + i), width, across));
+        let rows =
+            padded(region.height, &|j| sample(truth.view().odd_y(region.y + j), height, down));
         let axes = truth.axes();
         let mut projector = Self {
             projection: camera.projection,
@@ -217,14 +226,18 @@ impl Projector {
                 Some([ends(&projector.columns, region.width), ends(&projector.rows, region.height)])
             }
         };
-        // `|x| + |y| + |z|` is greatest at a corner of the box; the factor covers the roundings of the corners themselves.
+        // `|x| + |y| + |z|` is greatest at a corner of the box; the factor covers the roundings of
+        // the corners themselves.
         let bounds = truth.bounds();
-        let corners = bounds.corners().map(|corner| projector.project(corner, bounds.max_radius).bound());
-        projector.screen = Screen::new(sides, corners.into_iter().fold(0.0, f64::max) * (1.0 + 1e-9));
+        let corners =
+            bounds.corners().map(|corner| projector.project(corner, bounds.max_radius).bound());
+        projector.screen =
+            Screen::new(sides, corners.into_iter().fold(0.0, f64::max) * (1.0 + 1e-9));
         projector
     }
 
-    /// Whether a clip plane may cut a sphere; if not, and it is in the clip range, its near root is what is seen.
+    /// Whether a clip plane may cut a sphere; if not, and it is in the clip range, its near root is
+    /// what is seen.
     #[inline(always)]
     pub fn cuts(&self, s: &Projected) -> bool {
         let bound = s.bound();
@@ -248,13 +261,23 @@ impl Projector {
     #[inline(always)]
     pub fn project(&self, center: DVec3, radius: f64) -> Projected {
         let f = center * self.scale - self.origin;
-        Projected { x: f.dot(self.right), y: f.dot(self.up), z: f.dot(self.forward), r: radius * self.scale }
+        Projected {
+            x: f.dot(self.right),
+            y: f.dot(self.up),
+            z: f.dot(self.forward),
+            r: radius * self.scale,
+        }
     }
 
-    /// A difference of two places, from world axes to those of view space; lengths stay as they are.
+    /// A difference of two places, from world axes to those of view space; lengths stay as they
+    /// are.
     #[inline(always)]
     pub fn rotate(&self, difference: DVec3) -> DVec3 {
-        DVec3::new(difference.dot(self.right), difference.dot(self.up), difference.dot(self.forward))
+        DVec3::new(
+            difference.dot(self.right),
+            difference.dot(self.up),
+            difference.dot(self.forward),
+        )
     }
 
     /// Spheres `first ..` of a block, as many as fit.
@@ -310,12 +333,16 @@ impl Projector {
         }
     }
 
-    /// First and last column, first and last row of a sphere, as fractions of pixels of the region; conservative.
+    /// First and last column, first and last row of a sphere, as fractions of pixels of the region;
+    /// conservative.
     #[inline(always)]
     pub fn extent<const PERSPECTIVE: bool>(&self, s: &Projected) -> [[f64; 2]; 2] {
         let reach = s.r + REACH * s.bound();
-        let sides = |at: f64| if PERSPECTIVE { slopes(at, s.z, reach) } else { [at - reach, at + reach] };
-        let ([x, y], at) = ([sides(s.x), sides(s.y)], |value: f64, [slope, offset]: [f64; 2]| value * slope + offset);
+        let sides =
+            |at: f64| if PERSPECTIVE { slopes(at, s.z, reach) } else { [at - reach, at + reach] };
+        let ([x, y], at) = ([sides(s.x), sides(s.y)], |value: f64, [slope, offset]: [f64; 2]| {
+            value * slope + offset
+        });
         [
             [at(x[0], self.column) - MARGIN, at(x[1], self.column) + MARGIN],
             [at(y[1], self.row) - MARGIN, at(y[0], self.row) + MARGIN],
@@ -338,7 +365,8 @@ impl Projector {
             let top = first(y[0], last[1]);
             let bottom = until(y[1], last[1]);
             let right = if hidden { -1.0 } else { right };
-            // SAFETY: all four lie between -1 and an image side, by the bounds just taken, and are never NaN.
+            // SAFETY: all four lie between -1 and an image side, by the bounds just taken, and are
+            // never NaN.
             unsafe {
                 batch.left[k] = left.to_int_unchecked();
                 batch.right[k] = right.to_int_unchecked();
@@ -349,12 +377,13 @@ impl Projector {
     }
 }
 
-/// The least and greatest slope `x / z` of rays through the eye that meet a circle of radius `r` about `(x, z)`, widened by
-/// the error; infinite where the circle reaches the eye's plane.
+/// The least and greatest slope `x / z` of rays through the eye that meet a circle of radius `r`
+/// about `(x, z)`, widened by the error; infinite where the circle reaches the eye's plane.
 ///
-/// The tangents are `(x z -+ r sqrt(x^2 + z^2 - r^2)) / (z^2 - r^2)`. Nothing cancels but their own difference: with
-/// `(z - r) (z + r)` within 3 u of itself, the root times `r` is within 4 u, the divisor's inverse with the product within
-/// 5 u, and so the slope within `11 u (|x z| + r sqrt(..)) / (z^2 - r^2)`, its sum with the bound included.
+/// The tangents are `(x z -+ r sqrt(x^2 + z^2 - r^2)) / (z^2 - r^2)`. Nothing cancels but their own
+/// difference: with `(z - r) (z + r)` within 3 u of itself, the root times `r` is within 4 u, the
+/// divisor's inverse with the product within 5 u, and so the slope within `11 u (|x z| + r
+/// sqrt(..)) / (z^2 - r^2)`, its sum with the bound included.
 #[inline(always)]
 pub fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
     // NaN wraps.
@@ -376,10 +405,12 @@ mod tests {
         for (x, z, r) in [(0.0, 2.0, 1.0), (3.0, 2.0, 1.0), (-1e3, 5.0, 4.9), (1.0, 1e6, 1e-3)] {
             let [low, high] = slopes(x, z, r);
             for (slope, inward) in [(low, 1.0), (high, -1.0)] {
-                // Distance of the centre from the line through the eye: r, or a little more for the widening.
+                // Distance of the centre from the line through the eye: r, or a little more for the
+                // widening.
                 let distance = |s: f64| (x - s * z).abs() / (1.0 + s * s).sqrt();
                 assert!(
-                    distance(slope) >= r && distance(slope) <= r + 1e-5 * (1.0 + x.abs() + z) * (1.0 + x.abs() / z)
+                    distance(slope) >= r
+                        && distance(slope) <= r + 1e-5 * (1.0 + x.abs() + z) * (1.0 + x.abs() / z)
                 );
                 assert!(distance(slope + inward * 0.1 * (high - low)) < distance(slope));
             }

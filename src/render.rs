@@ -39,8 +39,8 @@ pub enum DeviceError {
 
 /// Ends drawings from outside: from another thread, or from what a person presses.
 ///
-/// Clones are the same. A device that was given one ([`Device::cancel_on`]) looks at it between tiles and between decisions, and
-/// `draw` then ends soon, with [`DrawError::Cancelled`].
+/// Clones are the same. A device that was given one ([`Device::cancel_on`]) looks at it between
+/// tiles and between decisions, and `draw` then ends soon, with [`DrawError::Cancelled`].
 #[derive(Clone, Debug, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 
@@ -94,11 +94,13 @@ pub struct Counts {
     pub spheres: usize,
     /// Pixels of the picture.
     pub pixels: usize,
-    /// Spheres that were skipped because no pixel's ray can meet them: off the screen, outside the clip range, or small and
-    /// between the rays; not counted where a picture is drawn in bands, each of which skips others.
+    /// Spheres that were skipped because no pixel's ray can meet them: off the screen, outside the
+    /// clip range, or small and between the rays; not counted where a picture is drawn in bands,
+    /// each of which skips others.
     pub outside: Option<usize>,
-    /// Spheres that were skipped, or at least this many, because what was drawn before hides them, or others that are the same; not counted in
-    /// bands. (On the CPU a sphere over several tiles may be listed before and after, and then hides one of these. On a GPU a group of neighbours
+    /// Spheres that were skipped, or at least this many, because what was drawn before hides them,
+    /// or others that are the same; not counted in bands. (On the CPU a sphere over several tiles
+    /// may be listed before and after, and then hides one of these. On a GPU a group of neighbours
     /// that is hidden counts in full, wherever its spheres lie.)
     pub hidden: Option<usize>,
     /// Tiles.
@@ -113,7 +115,8 @@ pub struct Counts {
     pub undecided: usize,
     /// Of these, decided by 128-bit integers.
     pub small: usize,
-    /// Of these, decided by algebra in integers of any size, because neither 128-bit integers nor 100 bits could tell.
+    /// Of these, decided by algebra in integers of any size, because neither 128-bit integers nor
+    /// 100 bits could tell.
     pub exact: usize,
 }
 
@@ -152,8 +155,8 @@ pub struct Times {
     pub render: f64,
     /// Ids back from the device; 0 on the CPU.
     pub read_back: f64,
-    /// Decisions for the pixels that the GPU's filter left over, where they are made as ids come back the mean of all threads; on the CPU part
-    /// of `render`.
+    /// Decisions for the pixels that the GPU's filter left over, where they are made as ids come
+    /// back the mean of all threads; on the CPU part of `render`.
     pub decide: f64,
 }
 
@@ -181,7 +184,8 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Of no pixels yet, with room for those of a region. Every device begins here, so that all refuse the same.
+    /// Of no pixels yet, with room for those of a region. Every device begins here, so that all
+    /// refuse the same.
     ///
     /// # Errors
     /// When the region of this view has no picture ([`View::check`]), or the room cannot be had.
@@ -191,7 +195,10 @@ impl Drawing {
         let pixels = region.pixels();
         let mut ids = Vec::new();
         ids.try_reserve_exact(pixels).map_err(|_| {
-            DrawError::Memory(format!("{} bytes for the ids of {pixels} pixels cannot be had", 4 * pixels))
+            DrawError::Memory(format!(
+                "{} bytes for the ids of {pixels} pixels cannot be had",
+                4 * pixels
+            ))
         })?;
         let counts = Counts { spheres, pixels, ..Counts::default() };
         Ok(Self { region, ids, counts, times: Times::default() })
@@ -210,7 +217,8 @@ pub enum Device {
 pub struct Opened {
     /// The device.
     pub device: Device,
-    /// Why it was taken, in words: as asked for, or what `Auto` found, or which hardware could not be used.
+    /// Why it was taken, in words: as asked for, or what `Auto` found, or which hardware could not
+    /// be used.
     pub why: String,
     /// Adapters that were looked at before and not taken.
     pub passed_over: Vec<PassedOver>,
@@ -244,19 +252,30 @@ impl Device {
         let cpu = || Self::Cpu(Box::default());
         let drivers = adapters::named_drivers();
         match choice {
-            DeviceChoice::Cpu => Ok(Opened { device: cpu(), why: AS_ASKED.into(), passed_over: Vec::new() }),
-            DeviceChoice::Auto if !adapters::may_have_hardware() => {
-                Ok(Opened { device: cpu(), why: adapters::why_auto(false, &[], &[], None), passed_over: Vec::new() })
+            DeviceChoice::Cpu => {
+                Ok(Opened { device: cpu(), why: AS_ASKED.into(), passed_over: Vec::new() })
             }
+            DeviceChoice::Auto if !adapters::may_have_hardware() => Ok(Opened {
+                device: cpu(),
+                why: adapters::why_auto(false, &[], &[], None),
+                passed_over: Vec::new(),
+            }),
             DeviceChoice::Auto => {
                 let (gpu, passed_over) = Gpu::open_telling(choice);
                 let nodes = if gpu.is_none() { adapters::nodes() } else { Vec::new() };
-                let why = adapters::why_auto(gpu.is_some(), &passed_over, &nodes, drivers.as_deref());
-                Ok(Opened { device: gpu.map_or_else(cpu, |gpu| Self::Gpu(Box::new(gpu))), why, passed_over })
+                let why =
+                    adapters::why_auto(gpu.is_some(), &passed_over, &nodes, drivers.as_deref());
+                Ok(Opened {
+                    device: gpu.map_or_else(cpu, |gpu| Self::Gpu(Box::new(gpu))),
+                    why,
+                    passed_over,
+                })
             }
             DeviceChoice::Gpu | DeviceChoice::Named(_) => {
                 let (gpu, passed_over) = Gpu::open_telling(choice);
-                let Some(gpu) = gpu else { return Err(adapters::none(choice, &passed_over, drivers.as_deref())) };
+                let Some(gpu) = gpu else {
+                    return Err(adapters::none(choice, &passed_over, drivers.as_deref()));
+                };
                 let why = adapters::why_asked(&passed_over).unwrap_or_else(|| AS_ASKED.into());
                 Ok(Opened { device: Self::Gpu(Box::new(gpu)), why, passed_over })
             }
@@ -281,9 +300,14 @@ impl Device {
 
     /// Draws a region of a view of a scene.
     ///
-    /// # Errors
-    /// When there is no such picture, it was cancelled, the device fails, or memory does not suffice.
-    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    /// # Errors When there is no such picture, it was cancelled, the device fails, or memory does
+    /// not suffice.
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
         match self {
             Self::Cpu(cpu) => cpu.draw(scene, view, region),
             Self::Gpu(gpu) => gpu.draw(scene, view, region),

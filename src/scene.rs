@@ -1,7 +1,8 @@
 //! What is drawn: spheres, as plain validated numbers.
 //!
-//! A [`Scene`] is a list of [`Block`]s. The numbers of a block may lie in memory of their own or in a mapped file;
-//! they are read in place and never copied per sphere. This file knows nothing of files, cameras or devices.
+//! A [`Scene`] is a list of [`Block`]s. The numbers of a block may lie in memory of their own or in
+//! a mapped file; they are read in place and never copied per sphere. This file knows nothing of
+//! files, cameras or devices.
 
 use std::{
     marker::PhantomData,
@@ -54,7 +55,8 @@ impl<T: Pod> AsRef<[u8]> for Owned<T> {
 }
 
 impl<T: Pod + Send> Column<T> {
-    /// Takes `count` numbers at byte `offset` of `bytes`, in place. They must lie inside and be aligned, or there is no column.
+    /// Takes `count` numbers at byte `offset` of `bytes`, in place. They must lie inside and be
+    /// aligned, or there is no column.
     pub fn in_bytes(bytes: &Bytes, offset: usize, count: usize) -> Option<Self> {
         let end = offset.checked_add(count.checked_mul(size_of::<T>())?)?;
         let part = bytes.get(offset..end)?;
@@ -155,8 +157,12 @@ impl Block {
     /// A block of its own memory from single spheres.
     pub fn from_spheres(spheres: &[Sphere]) -> Self {
         Self {
-            centers: Reals::F64(spheres.iter().flat_map(|s| s.center.to_array()).collect::<Vec<_>>().into()),
-            radii: Radii::Each(Reals::F64(spheres.iter().map(|s| s.radius).collect::<Vec<_>>().into())),
+            centers: Reals::F64(
+                spheres.iter().flat_map(|s| s.center.to_array()).collect::<Vec<_>>().into(),
+            ),
+            radii: Radii::Each(Reals::F64(
+                spheres.iter().map(|s| s.radius).collect::<Vec<_>>().into(),
+            )),
             colors: Colors::Each(spheres.iter().flat_map(|s| s.color).collect::<Vec<_>>().into()),
         }
     }
@@ -217,11 +223,14 @@ impl Block {
     }
 }
 
-/// Why numbers are not a scene. `block` counts from 0 in the order given; `index` counts inside the block.
+/// Why numbers are not a scene. `block` counts from 0 in the order given; `index` counts inside the
+/// block.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum SceneError {
     /// A coordinate is NaN or infinite.
-    #[error("sphere {index} of block {block}: {axis} of the centre is {value}, not a finite number")]
+    #[error(
+        "sphere {index} of block {block}: {axis} of the centre is {value}, not a finite number"
+    )]
     Center {
         /// Block.
         block: usize,
@@ -243,7 +252,9 @@ pub enum SceneError {
         value: f64,
     },
     /// Arrays of one block disagree in length.
-    #[error("block {block}: {what} holds {found} numbers for {spheres} spheres, {wanted} are needed")]
+    #[error(
+        "block {block}: {what} holds {found} numbers for {spheres} spheres, {wanted} are needed"
+    )]
     Shape {
         /// Block.
         block: usize,
@@ -284,7 +295,9 @@ impl Bounds {
     /// The corners of the box of the centres.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|corner| {
-            let side = |k: usize| if corner >> k & 1 == 0 { self.min_center[k] } else { self.max_center[k] };
+            let side = |k: usize| {
+                if corner >> k & 1 == 0 { self.min_center[k] } else { self.max_center[k] }
+            };
             DVec3::new(side(0), side(1), side(2))
         })
     }
@@ -351,7 +364,12 @@ impl Scene {
             return Err(SceneError::TooMany(len));
         }
         let bounds = if len == 0 {
-            Bounds { min_center: DVec3::ZERO, max_center: DVec3::ZERO, min_radius: 0.0, max_radius: 0.0 }
+            Bounds {
+                min_center: DVec3::ZERO,
+                max_center: DVec3::ZERO,
+                min_radius: 0.0,
+                max_radius: 0.0,
+            }
         } else {
             Bounds {
                 min_center: DVec3::from_array(total.min),
@@ -373,10 +391,12 @@ impl Scene {
         Self::new(vec![Block::from_spheres(spheres)])
     }
 
-    /// The first spheres, a few hundred at most, of at least a quarter of the greatest radius; found when they are first asked for.
+    /// The first spheres, a few hundred at most, of at least a quarter of the greatest radius;
+    /// found when they are first asked for.
     ///
-    /// They are found outside of the `OnceLock`: a thread that waits for rayon inside of it may take up another draw of this scene, which
-    /// would wait for the same lock, and so for itself. Draws that begin at once may find them twice; the answer is the same.
+    /// They are found outside of the `OnceLock`: a thread that waits for rayon inside of it may
+    /// take up another draw of this scene, which would wait for the same lock, and so for itself.
+    /// Draws that begin at once may find them twice; the answer is the same.
     pub fn large(&self) -> &[u32] {
         if let Some(known) = self.large.get() {
             return known;
@@ -391,16 +411,23 @@ impl Scene {
         for (start, block) in self.blocks() {
             match &block.radii {
                 Radii::Same(radius) if *radius < least => {}
-                Radii::Same(_) => found.extend((start..start + block.len().min(LARGE)).map(|at| at as u32)),
-                Radii::Each(Reals::F32(radii)) => found.extend(search(radii.as_slice(), least, start)),
-                Radii::Each(Reals::F64(radii)) => found.extend(search(radii.as_slice(), least, start)),
+                Radii::Same(_) => {
+                    found.extend((start..start + block.len().min(LARGE)).map(|at| at as u32))
+                }
+                Radii::Each(Reals::F32(radii)) => {
+                    found.extend(search(radii.as_slice(), least, start))
+                }
+                Radii::Each(Reals::F64(radii)) => {
+                    found.extend(search(radii.as_slice(), least, start))
+                }
             }
         }
         found.truncate(LARGE);
         found
     }
 
-    /// A number that only clones of this scene share: what is made from it once, such as a copy on a device, can be kept.
+    /// A number that only clones of this scene share: what is made from it once, such as a copy on
+    /// a device, can be kept.
     pub fn identity(&self) -> u64 {
         self.identity
     }
@@ -422,7 +449,11 @@ impl Scene {
 
     /// Block and place in it of sphere `index`.
     pub fn locate(&self, index: usize) -> (&Block, usize) {
-        let block = if self.blocks.len() == 1 { 0 } else { self.starts.partition_point(|&start| start <= index) - 1 };
+        let block = if self.blocks.len() == 1 {
+            0
+        } else {
+            self.starts.partition_point(|&start| start <= index) - 1
+        };
         (&self.blocks[block], index - self.starts[block])
     }
 
@@ -492,7 +523,11 @@ impl Survey {
             Radii::Each(Reals::F64(r)) => Self::of_radii(r.as_slice()),
         };
         // A block of no spheres still has its one radius checked, but adds nothing to the bounds.
-        if block.is_empty() { Self { valid: centers.valid && radii.valid, ..Self::EMPTY } } else { centers.and(radii) }
+        if block.is_empty() {
+            Self { valid: centers.valid && radii.valid, ..Self::EMPTY }
+        } else {
+            centers.and(radii)
+        }
     }
 
     /// Runs over whole arrays in vector form: lanes of 12 are four centres.
@@ -537,7 +572,12 @@ impl Survey {
                     low = if v < low { v } else { low };
                     high = if v > high { v } else { high };
                 }
-                Self { valid: positive, min_radius: low.into(), max_radius: high.into(), ..Self::EMPTY }
+                Self {
+                    valid: positive,
+                    min_radius: low.into(),
+                    max_radius: high.into(),
+                    ..Self::EMPTY
+                }
             })
             .reduce(|| Self::EMPTY, Self::and)
     }
@@ -591,9 +631,14 @@ mod tests {
 
     #[test]
     fn bounds_cover_every_block() {
-        let mut spheres: Vec<_> = (0..100).map(|k| ball(f64::from(k), 1.0 + f64::from(k))).collect();
+        let mut spheres: Vec<_> =
+            (0..100).map(|k| ball(f64::from(k), 1.0 + f64::from(k))).collect();
         spheres.push(ball(-7.0, 0.25));
-        let scene = Scene::new(vec![Block::from_spheres(&spheres[..50]), Block::from_spheres(&spheres[50..])]).unwrap();
+        let scene = Scene::new(vec![
+            Block::from_spheres(&spheres[..50]),
+            Block::from_spheres(&spheres[50..]),
+        ])
+        .unwrap();
         assert_eq!(scene.len(), 101);
         let bounds = scene.bounds();
         assert_eq!((bounds.min_center.x, bounds.max_center.x), (-7.0, 99.0));

@@ -1,6 +1,7 @@
 //! The WGSL: which parts make which variant, and from which file a line of the joined text comes.
 //!
-//! Plain parts are joined in a fixed order; nothing is preprocessed. This file knows naga but no device.
+//! Plain parts are joined in a fixed order; nothing is preprocessed. This file knows naga but no
+//! device.
 
 use std::{fmt::Write, ops::Range};
 
@@ -28,7 +29,8 @@ pub struct Variant {
     pub certain: bool,
     /// How lists are fetched.
     pub lanes: Lanes,
-    /// Whether lists have [`FEW`] entries at most; with [`Lanes::Eight`] and without clip planes only.
+    /// Whether lists have [`FEW`] entries at most; with [`Lanes::Eight`] and without clip planes
+    /// only.
     pub few: bool,
 }
 
@@ -84,7 +86,10 @@ impl Source {
 
     /// File and line, from 1, of a line of the joined text.
     pub fn locate(&self, line: usize) -> Option<(&'static str, usize)> {
-        self.lines.iter().find(|(range, _)| range.contains(&line)).map(|(range, name)| (*name, line - range.start + 1))
+        self.lines
+            .iter()
+            .find(|(range, _)| range.contains(&line))
+            .map(|(range, name)| (*name, line - range.start + 1))
     }
 
     /// Parses and validates as a device with subgroups would.
@@ -100,8 +105,10 @@ impl Source {
         };
         let module = naga::front::wgsl::parse_str(&self.text)
             .map_err(|error| at(error.location(&self.text), error.message().to_owned()))?;
-        let mut validator =
-            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::SUBGROUP);
+        let mut validator = naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::SUBGROUP,
+        );
         validator.subgroup_stages(naga::valid::ShaderStages::COMPUTE);
         validator.subgroup_operations(
             naga::valid::SubgroupOperationSet::BALLOT | naga::valid::SubgroupOperationSet::SHUFFLE,
@@ -118,23 +125,31 @@ impl Variant {
     /// Every variant that can be asked for.
     pub fn all() -> impl Iterator<Item = Self> {
         let pairs = [false, true];
-        [Projection::Orthographic, Projection::Perspective].into_iter().flat_map(move |projection| {
-            pairs.into_iter().flat_map(move |clipped| {
-                pairs.into_iter().flat_map(move |merged| {
-                    pairs.into_iter().flat_map(move |certain| {
-                        let kinds = [(Lanes::Alone, false), (Lanes::Eight, false), (Lanes::Eight, true)];
-                        kinds.into_iter().filter(move |&(_, few)| !(few && clipped)).map(move |(lanes, few)| Self {
-                            projection,
-                            clipped,
-                            merged,
-                            certain,
-                            lanes,
-                            few,
+        [Projection::Orthographic, Projection::Perspective].into_iter().flat_map(
+            move |projection| {
+                pairs.into_iter().flat_map(move |clipped| {
+                    pairs.into_iter().flat_map(move |merged| {
+                        pairs.into_iter().flat_map(move |certain| {
+                            let kinds = [
+                                (Lanes::Alone, false),
+                                (Lanes::Eight, false),
+                                (Lanes::Eight, true),
+                            ];
+                            kinds.into_iter().filter(move |&(_, few)| !(few && clipped)).map(
+                                move |(lanes, few)| Self {
+                                    projection,
+                                    clipped,
+                                    merged,
+                                    certain,
+                                    lanes,
+                                    few,
+                                },
+                            )
                         })
                     })
                 })
-            })
-        })
+            },
+        )
     }
 
     /// Its parts, in order.
@@ -155,14 +170,26 @@ impl Variant {
             (true, false, true) => parts.push(part!("safe.wgsl")),
             (true, true, _) => parts.push(part!("safe_clipped.wgsl")),
         }
-        parts.push(if perspective { part!("perspective.wgsl") } else { part!("orthographic.wgsl") });
+        parts.push(if perspective {
+            part!("perspective.wgsl")
+        } else {
+            part!("orthographic.wgsl")
+        });
         parts.push(if self.clipped { part!("clipped.wgsl") } else { part!("open.wgsl") });
         parts.push(part!("nearest.wgsl"));
         match (self.certain, self.merged) {
             (_, false) => parts.push(part!("settle_once.wgsl")),
-            (true, true) => parts.extend([part!("answer.wgsl"), part!("finish_merge.wgsl"), part!("settle.wgsl")]),
+            (true, true) => parts.extend([
+                part!("answer.wgsl"),
+                part!("finish_merge.wgsl"),
+                part!("settle.wgsl"),
+            ]),
             (false, true) => {
-                parts.extend([part!("answer_plain.wgsl"), part!("finish_merge.wgsl"), part!("settle_plain.wgsl")]);
+                parts.extend([
+                    part!("answer_plain.wgsl"),
+                    part!("finish_merge.wgsl"),
+                    part!("settle_plain.wgsl"),
+                ]);
             }
         }
         match self.lanes {
@@ -173,7 +200,11 @@ impl Variant {
                 } else {
                     part!("share_orthographic.wgsl")
                 });
-                parts.push(if self.few { part!("tiles_few_subgroup8.wgsl") } else { part!("tiles_subgroup8.wgsl") });
+                parts.push(if self.few {
+                    part!("tiles_few_subgroup8.wgsl")
+                } else {
+                    part!("tiles_subgroup8.wgsl")
+                });
             }
         }
         parts
@@ -204,7 +235,10 @@ mod tests {
         let bad = Part { name: "shaders/bad.wgsl", text: "// line 1\nconst B = A +;\n" };
         let message = Source::join(&[good, bad]).validate().unwrap_err();
         assert!(message.starts_with("shaders/bad.wgsl:2:"), "{message}");
-        let late = Part { name: "shaders/late.wgsl", text: "// line 1\n\nfn f() -> i32 {\n  return 1u;\n}\n" };
+        let late = Part {
+            name: "shaders/late.wgsl",
+            text: "// line 1\n\nfn f() -> i32 {\n  return 1u;\n}\n",
+        };
         let message = Source::join(&[good, late]).validate().unwrap_err();
         assert!(message.starts_with("shaders/late.wgsl:"), "{message}");
     }

@@ -1,14 +1,16 @@
 //! Loops compiled for the widest vectors that this processor has: eight f64 at a time.
 //!
-//! [`Lanes`] is implemented with AVX-512, with AVX2, and plainly; [`dispatch`] picks one at run time. Only the instructions
-//! differ, never a result: each operation is one rounding of IEEE 754, and nothing is contracted or reordered.
+//! [`Lanes`] is implemented with AVX-512, with AVX2, and plainly; [`dispatch`] picks one at run
+//! time. Only the instructions differ, never a result: each operation is one rounding of IEEE 754,
+//! and nothing is contracted or reordered.
 
 use std::mem::MaybeUninit;
 
 /// How many numbers are in a vector.
 pub const LANES: usize = 8;
 
-/// A hint that an element of a slice is soon to be read; none of one beyond its end, nor where the processor's are not in Rust's library.
+/// A hint that an element of a slice is soon to be read; none of one beyond its end, nor where the
+/// processor's are not in Rust's library.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
@@ -55,7 +57,8 @@ impl Number for f64 {
     }
 }
 
-/// What stands beside numbers of some kind in a formula: one f64 is the same in every place, and eight are as they are.
+/// What stands beside numbers of some kind in a formula: one f64 is the same in every place, and
+/// eight are as they are.
 pub trait Beside<N>: Copy {
     /// As such numbers.
     fn beside(self) -> N;
@@ -111,11 +114,14 @@ pub trait Lanes: Number + Beside<Self> {
     fn greatest(self) -> f64 {
         let mut lanes = [0.0; LANES];
         self.store(&mut lanes);
-        lanes.into_iter().fold(f64::NEG_INFINITY, |most, lane| if lane > most { lane } else { most })
+        lanes
+            .into_iter()
+            .fold(f64::NEG_INFINITY, |most, lane| if lane > most { lane } else { most })
     }
 }
 
-/// Work to be compiled once for each kind of processor. `run` must be `#[inline(always)]`, as must all that it calls.
+/// Work to be compiled once for each kind of processor. `run` must be `#[inline(always)]`, as must
+/// all that it calls.
 pub trait Work {
     /// What comes out.
     type Output;
@@ -245,21 +251,26 @@ impl Lanes for Plain {
 
     #[inline(always)]
     fn mark(mask: u8, value: i32, to: &mut [i32]) {
-        to[..LANES].iter_mut().enumerate().filter(|(k, _)| mask >> k & 1 == 1).for_each(|(_, to)| *to = value);
+        to[..LANES]
+            .iter_mut()
+            .enumerate()
+            .filter(|(k, _)| mask >> k & 1 == 1)
+            .for_each(|(_, to)| *to = value);
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    //! The x86 vectors. Values of these types exist only inside `with_avx512` and `with_avx2`, which run after their features
-    //! were found; that is what makes the intrinsics' use sound.
+    //! The x86 vectors. Values of these types exist only inside `with_avx512` and `with_avx2`,
+    //! which run after their features were found; that is what makes the intrinsics' use sound.
 
     use std::arch::x86_64::{
-        __m256d, __m512d, _CMP_LT_OQ, _mm256_add_pd, _mm256_and_si256, _mm256_blendv_pd, _mm256_castsi256_pd,
-        _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_loadu_pd, _mm256_mask_storeu_epi32,
-        _mm256_maskstore_epi32, _mm256_max_pd, _mm256_movemask_pd, _mm256_mul_pd, _mm256_set_epi64x, _mm256_set1_epi32,
-        _mm256_set1_pd, _mm256_setr_epi32, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm512_add_pd,
-        _mm512_cmp_pd_mask, _mm512_div_pd, _mm512_loadu_pd, _mm512_mask_blend_pd, _mm512_max_pd, _mm512_mul_pd,
+        __m256d, __m512d, _CMP_LT_OQ, _mm256_add_pd, _mm256_and_si256, _mm256_blendv_pd,
+        _mm256_castsi256_pd, _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_loadu_pd,
+        _mm256_mask_storeu_epi32, _mm256_maskstore_epi32, _mm256_max_pd, _mm256_movemask_pd,
+        _mm256_mul_pd, _mm256_set_epi64x, _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_epi32,
+        _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm512_add_pd, _mm512_cmp_pd_mask,
+        _mm512_div_pd, _mm512_loadu_pd, _mm512_mask_blend_pd, _mm512_max_pd, _mm512_mul_pd,
         _mm512_set1_pd, _mm512_sqrt_pd, _mm512_storeu_pd, _mm512_sub_pd,
     };
 
@@ -286,7 +297,8 @@ mod x86 {
     /// An expression of intrinsics.
     macro_rules! vector {
         ($e:expr) => {
-            // SAFETY: the processor has the feature, as the module's head says; memory is checked where it is touched.
+            // SAFETY: the processor has the feature, as the module's head says; memory is checked
+            // where it is touched.
             unsafe { $e }
         };
     }
@@ -427,7 +439,10 @@ mod x86 {
             vector!({
                 let low = _mm256_castsi256_pd(_mm256_set_epi64x(bit(3), bit(2), bit(1), bit(0)));
                 let high = _mm256_castsi256_pd(_mm256_set_epi64x(bit(7), bit(6), bit(5), bit(4)));
-                Self(_mm256_blendv_pd(other.0, this.0, low), _mm256_blendv_pd(other.1, this.1, high))
+                Self(
+                    _mm256_blendv_pd(other.0, this.0, low),
+                    _mm256_blendv_pd(other.1, this.1, high),
+                )
             })
         }
 
@@ -436,7 +451,10 @@ mod x86 {
             let to = &mut to[..LANES];
             vector!({
                 let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-                let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask.into()), bits), bits);
+                let chosen = _mm256_cmpeq_epi32(
+                    _mm256_and_si256(_mm256_set1_epi32(mask.into()), bits),
+                    bits,
+                );
                 _mm256_maskstore_epi32(to.as_mut_ptr(), chosen, _mm256_set1_epi32(value));
             });
         }

@@ -14,8 +14,9 @@ pub fn unseen(c: char) -> bool {
     c.is_control()
         || matches!(
             u32::from(c),
-            0xAD | 0x34F | 0x61C | 0x115F | 0x1160 | 0x17B4 | 0x17B5 | 0x180B..=0x180F | 0x200B..=0x200F | 0x2028..=0x202E
-                | 0x2060..=0x206F | 0x3164 | 0xFE00..=0xFE0F | 0xFEFF | 0xFFA0 | 0xFFF0..=0xFFFB | 0x1BCA0..=0x1BCA3
+            0xAD | 0x34F | 0x61C | 0x115F | 0x1160 | 0x17B4 | 0x17B5 | 0x180B..=0x180F
+                | 0x200B..=0x200F | 0x2028..=0x202E | 0x2060..=0x206F | 0x3164
+                | 0xFE00..=0xFE0F | 0xFEFF | 0xFFA0 | 0xFFF0..=0xFFFB | 0x1BCA0..=0x1BCA3
                 | 0x1D173..=0x1D17A | 0xE0000..=0xE0FFF
         )
 }
@@ -87,7 +88,11 @@ pub fn name(name: impl AsRef<OsStr>) -> String {
 pub fn word(path: impl AsRef<OsStr>) -> String {
     let name = name(path);
     let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
-    if !name.is_empty() && name.chars().all(plain) { name } else { format!("'{}'", name.replace('\'', "'\\''")) }
+    if !name.is_empty() && name.chars().all(plain) {
+        name
+    } else {
+        format!("'{}'", name.replace('\'', "'\\''"))
+    }
 }
 
 /// JSON that may go to a terminal: what is unseen in its strings, and not ASCII, is escaped as JSON
@@ -113,19 +118,28 @@ mod tests {
 
     #[test]
     fn nothing_unseen_is_left() {
-        let bad = "\0\u{1}\u{7}\u{8}\u{1b}[31m\u{7f}\u{85}\u{9b}2J\u{ad}\u{200b}\u{200d}\u{200e}\u{2028}\u{202e}\u{2066}\u{feff}\u{e0041}";
+        let bad = "\0\u{1}\u{7}\u{8}\u{1b}[31m\u{7f}\u{85}\u{9b}2J\u{ad}\u{200b}\u{200d}\u{200e}\
+                   \u{2028}\u{202e}\u{2066}\u{feff}\u{e0041}";
         for text in [visible(bad), lines(bad), name(bad).into(), value(bad).into()] {
             assert!(!text.chars().any(unseen), "{text}");
-            for wanted in
-                ["\\u0000", "\\u001b[31m", "\\u007f", "\\u0085", "\\u009b", "\\u202e", "\\ufeff", "\\U000e0041"]
-            {
+            for wanted in [
+                "\\u0000",
+                "\\u001b[31m",
+                "\\u007f",
+                "\\u0085",
+                "\\u009b",
+                "\\u202e",
+                "\\ufeff",
+                "\\U000e0041",
+            ] {
                 assert!(text.contains(wanted), "{text}");
             }
         }
         assert_eq!(visible("a\r\n\tb"), "a\\r\\n\\tb");
         assert_eq!(lines("a\r\n\tb"), "a\\r\n\tb");
         // What people write is left alone, combining marks and right-to-left letters too.
-        for good in ["größe.toml", "e\u{301}", "球.npy", "שלום", "a b\\c", "🙂", "\u{fffd}", ""] {
+        for good in ["größe.toml", "e\u{301}", "球.npy", "שלום", "a b\\c", "🙂", "\u{fffd}", ""]
+        {
             assert!(matches!(visible(good), Cow::Borrowed(text) if text == good), "{good}");
             assert_eq!(name(good), good);
         }
@@ -155,12 +169,18 @@ mod tests {
     fn long_text_is_cut_in_the_middle() {
         let long = format!("{}\u{1b}{}", "球".repeat(50_000), "é".repeat(50_000));
         for text in [value(&long), name(&long)] {
-            assert!(text.starts_with('球') && text.ends_with('é') && text.contains("..."), "{text}");
+            assert!(
+                text.starts_with('球') && text.ends_with('é') && text.contains("..."),
+                "{text}"
+            );
             assert!(text.chars().count() <= SHOWN + 3, "{text}");
         }
         assert_eq!(within("abcdefghi", 9), "abcdefghi");
         assert_eq!(within("abcdefghij", 9), "abcdef...hij");
-        assert_eq!(within(&"\u{1b}".repeat(9), 6), format!("{}...{}", "\\u001b".repeat(4), "\\u001b".repeat(2)));
+        assert_eq!(
+            within(&"\u{1b}".repeat(9), 6),
+            format!("{}...{}", "\\u001b".repeat(4), "\\u001b".repeat(2))
+        );
     }
 
     #[cfg(unix)]

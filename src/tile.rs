@@ -1,10 +1,12 @@
 //! The pixels of a tile, and one sphere against them in f64: the loop of both devices.
 //!
-//! A tile keeps, for every pixel, the nearest sphere so far and an interval that certainly holds its depth. A sphere's test at a
-//! pixel ends in one of three ways: certainly behind or a miss; certainly in front; or in doubt, and then [`crate::exact`]
-//! decides at once between it and the holder. So the holder is exact at all times, in any order of spheres.
+//! A tile keeps, for every pixel, the nearest sphere so far and an interval that certainly holds
+//! its depth. A sphere's test at a pixel ends in one of three ways: certainly behind or a miss;
+//! certainly in front; or in doubt, and then [`crate::exact`] decides at once between it and the
+//! holder. So the holder is exact at all times, in any order of spheres.
 //!
-//! The bounds are derived in [`crate::filter`]. Which spheres come, and in which order, is the devices' matter.
+//! The bounds are derived in [`crate::filter`]. Which spheres come, and in which order, is the
+//! devices' matter.
 
 use std::{marker::PhantomData, ops::Range};
 
@@ -23,15 +25,17 @@ use crate::{
 
 /// In the place of a holder: not a pixel to draw.
 const CLOSED: i32 = NONE - 1;
-/// A bit of a holder's index where it is one of several that may be nearest; closed pixels have it, too.
+/// A bit of a holder's index where it is one of several that may be nearest; closed pixels have it,
+/// too.
 const OPEN: i32 = i32::MIN;
 
-/// What is done with bounds. Only [`Exact`] is used to draw; the others are compiled apart for `bench`, which measures what
-/// exactness costs.
+/// What is done with bounds. Only [`Exact`] is used to draw; the others are compiled apart for
+/// `bench`, which measures what exactness costs.
 pub trait Mode: Copy + Send + Sync + 'static {
     /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
     const BOUNDS: bool;
-    /// Whether what the bounds leave open is decided; without, such pixels are [`crate::plan::UNDECIDED`].
+    /// Whether what the bounds leave open is decided; without, such pixels are
+    /// [`crate::plan::UNDECIDED`].
     const DECIDES: bool;
 }
 
@@ -110,11 +114,17 @@ pub struct Place<'a, const SIDE: usize> {
 impl<'a, const SIDE: usize> Place<'a, SIDE> {
     /// Of the tile that begins at some column and row of the projector's region.
     #[inline(always)]
-    pub fn new(scene: &'a Scene, truth: &'a Truth, projector: &'a Projector, corner: [usize; 2]) -> Self {
+    pub fn new(
+        scene: &'a Scene,
+        truth: &'a Truth,
+        projector: &'a Projector,
+        corner: [usize; 2],
+    ) -> Self {
         let some = |values: &[f64], from: usize| {
             std::array::from_fn(|k| values.get(from + k).copied().unwrap_or(f64::INFINITY))
         };
-        let (columns, rows) = (some(&projector.columns, corner[0]), some(&projector.rows, corner[1]));
+        let (columns, rows) =
+            (some(&projector.columns, corner[0]), some(&projector.rows, corner[1]));
         Self { scene, truth, projector, corner, columns, rows, cancel: None }
     }
 
@@ -140,7 +150,8 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
 #[repr(align(64))]
 #[derive(Clone)]
 pub struct Tile<const SIDE: usize> {
-    /// Upper bound of the holder's depth, times |dir|^2, in view lengths; infinite for none, negative infinite where closed.
+    /// Upper bound of the holder's depth, times |dir|^2, in view lengths; infinite for none,
+    /// negative infinite where closed.
     high: [[f64; SIDE]; SIDE],
     /// Index of the holder.
     id: [[i32; SIDE]; SIDE],
@@ -167,14 +178,16 @@ impl<const SIDE: usize> Default for Tile<SIDE> {
 struct Test<L> {
     /// `W`; none of what is vague, which is never in front for certain.
     known: f64,
-    /// How much nearer than `before` below an upper end is; the tenth covers the roundings of the differences and the square, 2.5 u of the
-    /// depth: see [`crate::filter`] for what `W` is at least.
+    /// How much nearer than `before` below an upper end is; the tenth covers the roundings of the
+    /// differences and the square, 2.5 u of the depth: see [`crate::filter`] for what `W` is at
+    /// least.
     between: f64,
     /// `-E`.
     miss: L,
     /// For hits that are not solid, `rim` stands for root and `W`: its square.
     square: L,
-    /// Hits with a greater root are solid: the root of `square`, exactly, as that is far from underflow. Infinite if none is.
+    /// Hits with a greater root are solid: the root of `square`, exactly, as that is far from
+    /// underflow. Infinite if none is.
     rim: L,
     /// How much is allowed for the bounds of what is held, and `between`.
     slack: L,
@@ -204,23 +217,25 @@ impl<L: Lanes> Test<L> {
         self.slack = L::splat(slack + self.between);
     }
 
-    /// A row with which `b` is less by `1.1 W`, and one with which it is more by `W`, so that `b - sqrt q` is an upper end.
+    /// A row with which `b` is less by `1.1 W`, and one with which it is more by `W`, so that `b -
+    /// sqrt q` is an upper end.
     #[inline(always)]
     fn lines<const PERSPECTIVE: bool>(&self, sphere: &Projected, sy: f64) -> [Row; 2] {
         let line = Row::new::<PERSPECTIVE>(sphere, sy);
         [line.lifted(self.known - self.between), line.lifted(self.known)]
     }
 
-    /// Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W - high)^2`, which needs no root. `above` is
-    /// `b - 1.1 W - high`. Also answers with what to take the root of.
+    /// Behind what is held for certain: `b - sqrt q - W > high`, or squared, `q < (b - W -
+    /// high)^2`, which needs no root. `above` is `b - 1.1 W - high`. Also answers with what to take
+    /// the root of.
     #[inline(always)]
     fn loses(&self, q: L, above: L) -> (u8, L) {
         let (ahead, square) = (above.max(L::splat(0.0)), self.square.max(q));
         (q.less(self.miss) | square.less(ahead.mul(ahead)), square)
     }
 
-    /// In front for certain: `b - sqrt q + W < high - slack`. What is NaN is in doubt, and so is what is hardly solid, whose root is not told
-    /// here.
+    /// In front for certain: `b - sqrt q + W < high - slack`. What is NaN is in doubt, and so is
+    /// what is hardly solid, whose root is not told here.
     #[inline(always)]
     fn wins(&self, above: L, root: L) -> u8 {
         // The second of a number and NaN.
@@ -257,12 +272,14 @@ impl<const SIDE: usize> Tile<SIDE> {
         (self.high[row][column], self.id[row][column]) = (f64::INFINITY, NONE);
     }
 
-    /// The holders of a row's pixels: [`NONE`] where there is none, and less where it is open which, or there is no pixel.
+    /// The holders of a row's pixels: [`NONE`] where there is none, and less where it is open
+    /// which, or there is no pixel.
     pub fn ids(&self, row: usize) -> &[i32; SIDE] {
         &self.id[row]
     }
 
-    /// Whether spheres were met here that all but coincide with others: then it pays to know what was drawn before.
+    /// Whether spheres were met here that all but coincide with others: then it pays to know what
+    /// was drawn before.
     #[inline(always)]
     pub fn is_crowded(&self) -> bool {
         self.crowded
@@ -273,10 +290,11 @@ impl<const SIDE: usize> Tile<SIDE> {
         std::mem::take(&mut self.tally)
     }
 
-    /// Some holder's bounds are as far apart as this, or so the roundings here and in comparisons make it seem.
+    /// Some holder's bounds are as far apart as this, or so the roundings here and in comparisons
+    /// make it seem.
     ///
-    /// [`crate::filter`] leaves over more than the tenth of `W` that is added: the width of an interval is `2 W`, and one
-    /// rounding of a depth is below `0.05 E / sqrt T`.
+    /// [`crate::filter`] leaves over more than the tenth of `W` that is added: the width of an
+    /// interval is `2 W`, and one rounding of a depth is below `0.05 E / sqrt T`.
     #[inline(always)]
     fn widen(&mut self, width: f64) {
         let slack = 1.05 * width;
@@ -305,9 +323,13 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// A block whose depth may have become less since it was told last, and the depth behind which nothing is seen in it.
+    /// A block whose depth may have become less since it was told last, and the depth behind which
+    /// nothing is seen in it.
     #[inline(always)]
-    pub fn freshen<L: Lanes, const PERSPECTIVE: bool>(&mut self, place: &Place<'_, SIDE>) -> Option<(usize, f64)> {
+    pub fn freshen<L: Lanes, const PERSPECTIVE: bool>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+    ) -> Option<(usize, f64)> {
         if self.stale == 0 {
             return None;
         }
@@ -321,7 +343,8 @@ impl<const SIDE: usize> Tile<SIDE> {
             // A pixel outside the region is NaN or negative infinite here and hides nothing.
             farthest = Self::depths::<L, PERSPECTIVE>(place, sx, row, high).max(farthest);
         }
-        let farthest = if place.projector.screen.has_depths() { farthest.greatest() } else { f64::INFINITY };
+        let farthest =
+            if place.projector.screen.has_depths() { farthest.greatest() } else { f64::INFINITY };
         Some((block, farthest))
     }
 
@@ -339,7 +362,12 @@ impl<const SIDE: usize> Tile<SIDE> {
 
     /// Upper ends of depths times `|dir|^2`, in a row, as depths.
     #[inline(always)]
-    fn depths<L: Lanes, const PERSPECTIVE: bool>(place: &Place<'_, SIDE>, sx: L, row: usize, high: L) -> L {
+    fn depths<L: Lanes, const PERSPECTIVE: bool>(
+        place: &Place<'_, SIDE>,
+        sx: L,
+        row: usize,
+        high: L,
+    ) -> L {
         if !PERSPECTIVE {
             return high;
         }
@@ -347,9 +375,11 @@ impl<const SIDE: usize> Tile<SIDE> {
         depth.add(depth.max(L::splat(0.0).sub(depth)).mul(L::splat(BACK)))
     }
 
-    /// Of spheres, one in each place of a vector, how near each may be at a pixel, times `|dir|^2`; infinite where it is missed for certain.
+    /// Of spheres, one in each place of a vector, how near each may be at a pixel, times `|dir|^2`;
+    /// infinite where it is missed for certain.
     ///
-    /// Those that a plane may cut, or whose bounds are not those of the screen, are not looked at: nothing is known of them.
+    /// Those that a plane may cut, or whose bounds are not those of the screen, are not looked at:
+    /// nothing is known of them.
     #[inline(always)]
     pub fn front<L: Lanes, const PERSPECTIVE: bool>(
         place: &Place<'_, SIDE>,
@@ -375,7 +405,8 @@ impl<const SIDE: usize> Tile<SIDE> {
         self.high[row][column]
     }
 
-    /// A sphere, at pixels where it may be seen: from a first to a last column `across`, of the rows `down`. A plane may `cut` it.
+    /// A sphere, at pixels where it may be seen: from a first to a last column `across`, of the
+    /// rows `down`. A plane may `cut` it.
     #[inline(always)]
     pub fn draw<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
         &mut self,
@@ -397,7 +428,8 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// A sphere that does not share its bounds; apart, so that what most spheres need is compiled well.
+    /// A sphere that does not share its bounds; apart, so that what most spheres need is compiled
+    /// well.
     #[cold]
     #[inline(never)]
     fn unlike<const PERSPECTIVE: bool, M: Mode>(
@@ -419,7 +451,8 @@ impl<const SIDE: usize> Tile<SIDE> {
         });
     }
 
-    /// A sphere that no plane can cut: the near root, in vector form. Nearly all have `SHARED` bounds, and a loop without what the others need.
+    /// A sphere that no plane can cut: the near root, in vector form. Nearly all have `SHARED`
+    /// bounds, and a loop without what the others need.
     #[inline(always)]
     fn whole<L: Lanes, const PERSPECTIVE: bool, const SHARED: bool, M: Mode>(
         &mut self,
@@ -435,9 +468,10 @@ impl<const SIDE: usize> Tile<SIDE> {
             self.widen(2.0 * test.known);
         }
         test.allow(self.slack);
-        // What is to be decided is noted, and decided at the end: a call would cost the loop its registers. Noted in memory: where a variable
-        // changes on some paths only, the compiler makes two loops of the one.
-        // Apart from what is passed on, so that it can stay in registers.
+        // What is to be decided is noted, and decided at the end: a call would cost the loop its
+        // registers. Noted in memory: where a variable changes on some paths only, the compiler
+        // makes two loops of the one. Apart from what is passed on, so that it can stay in
+        // registers.
         let s = *sphere;
         let vectors = left / LANES..(right / LANES + 1).min(SIDE / LANES);
         let columns = &place.columns.as_chunks::<LANES>().0[vectors.clone()];
@@ -472,9 +506,11 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// A sphere at vectors of some rows, in each of which it neither wins nor loses for certain at some pixel: there it is decided.
+    /// A sphere at vectors of some rows, in each of which it neither wins nor loses for certain at
+    /// some pixel: there it is decided.
     ///
-    /// What was found of them is found once more: that costs little where it is needed seldom, and leaves the loop alone.
+    /// What was found of them is found once more: that costs little where it is needed seldom, and
+    /// leaves the loop alone.
     #[cold]
     #[inline(never)]
     fn decide<const PERSPECTIVE: bool, M: Mode>(
@@ -485,7 +521,15 @@ impl<const SIDE: usize> Tile<SIDE> {
         vectors: Range<usize>,
     ) {
         let (rows, mode) = (std::mem::take(&mut self.open), PhantomData);
-        simd::dispatch(Decide::<SIDE, PERSPECTIVE, M> { tile: self, place, index, sphere, vectors, rows, mode });
+        simd::dispatch(Decide::<SIDE, PERSPECTIVE, M> {
+            tile: self,
+            place,
+            index,
+            sphere,
+            vectors,
+            rows,
+            mode,
+        });
     }
 
     /// A sphere that a plane may cut: either root, pixel by pixel.
@@ -511,7 +555,12 @@ impl<const SIDE: usize> Tile<SIDE> {
     }
 
     /// What a sphere is to a holder.
-    fn meet<const PERSPECTIVE: bool>(&mut self, place: &Place<'_, SIDE>, index: i32, holder: i32) -> Rival {
+    fn meet<const PERSPECTIVE: bool>(
+        &mut self,
+        place: &Place<'_, SIDE>,
+        index: i32,
+        holder: i32,
+    ) -> Rival {
         if holder < 0 {
             return Rival::Other(holder);
         }
@@ -529,7 +578,8 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// Decides between a sphere and the holder of some open pixels, as far as what is known of both tells. Returns where it did.
+    /// Decides between a sphere and the holder of some open pixels, as far as what is known of both
+    /// tells. Returns where it did.
     #[inline(always)]
     fn against<L: Lanes, const PERSPECTIVE: bool>(
         &mut self,
@@ -558,7 +608,8 @@ impl<const SIDE: usize> Tile<SIDE> {
                     if nearer != 0 {
                         let (high, width) = pair.depth::<L, PERSPECTIVE>(wall, sx, sy);
                         self.widen(2.0 * width);
-                        L::select(nearer, high, L::load(&self.high[row][first..])).store(&mut self.high[row][first..]);
+                        L::select(nearer, high, L::load(&self.high[row][first..]))
+                            .store(&mut self.high[row][first..]);
                         L::mark(nearer, index, &mut self.id[row][first..]);
                         self.stale |= Self::block(first, row);
                     }
@@ -570,7 +621,8 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// For `bench`: the sphere may or may not be the nearest, and begins and ends at these depths at the latest.
+    /// For `bench`: the sphere may or may not be the nearest, and begins and ends at these depths
+    /// at the latest.
     fn leave_open(&mut self, index: i32, [column, row]: [usize; 2], least: f64, most: f64) {
         let (holder, high) = (self.id[row][column], self.high[row][column]);
         self.id[row][column] = OPEN | if holder == NONE { index } else { holder };
@@ -603,7 +655,8 @@ impl<const SIDE: usize> Tile<SIDE> {
             self.id[row][column] = holder.min(index);
             return;
         }
-        let pixel = truth.pixel(projector.region.x + (x + column) as u32, projector.region.y + (y + row) as u32);
+        let pixel = truth
+            .pixel(projector.region.x + (x + column) as u32, projector.region.y + (y + row) as u32);
         let hit = match depth {
             Some(_) => Hit::known(ball, Root::Near),
             None => match pixel.hit(ball, &mut self.tally) {
@@ -612,11 +665,14 @@ impl<const SIDE: usize> Tile<SIDE> {
             },
         };
         if let Some(held) = held {
-            // The holder was seen when it became the holder; which wall is plain where no plane cuts it.
+            // The holder was seen when it became the holder; which wall is plain where no plane
+            // cuts it.
             let whole = !projector.cuts(&projector.project(held.center, held.radius));
             let held = match whole {
                 true => Hit::known(held, Root::Near),
-                false => pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there"),
+                false => {
+                    pixel.hit(held, &mut self.tally).expect("the holder of a pixel is hit there")
+                }
             };
             let order = pixel.order(&hit, &held, &mut self.tally);
             if order.then(index.cmp(&holder)).is_gt() {
@@ -670,7 +726,11 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { tile, place, index, sphere, across: [left, right], down, .. } = self;
-        let margins = if M::BOUNDS { Margins::new::<PERSPECTIVE>(sphere, place.projector.screen) } else { PLAIN };
+        let margins = if M::BOUNDS {
+            Margins::new::<PERSPECTIVE>(sphere, place.projector.screen)
+        } else {
+            PLAIN
+        };
         let planes = [place.projector.near, place.projector.far];
         let mut rival = Rival::None;
         for row in down {
@@ -680,12 +740,15 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
             let line = Row::new::<PERSPECTIVE>(sphere, place.rows[row]);
             for first in (left / LANES * LANES..=right).step_by(LANES) {
                 let mut open = 0u8;
-                // What all but coincides with the last holder is told apart at once, where it is still the holder.
+                // What all but coincides with the last holder is told apart at once, where it is
+                // still the holder.
                 let mut done = 0;
                 if M::DECIDES && matches!(rival, Rival::Near(..)) {
-                    let across = left.saturating_sub(first).min(LANES)..(right + 1 - first).min(LANES);
+                    let across =
+                        left.saturating_sub(first).min(LANES)..(right + 1 - first).min(LANES);
                     let window = across.fold(0, |window, k| window | 1 << k);
-                    done = tile.against::<L, PERSPECTIVE>(place, index, &rival, [first, row], window);
+                    done =
+                        tile.against::<L, PERSPECTIVE>(place, index, &rival, [first, row], window);
                 }
                 for column in left.max(first)..=right.min(first + LANES - 1) {
                     if done >> (column - first) & 1 == 1 {
@@ -694,9 +757,13 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
                     let (at, high) = ([column, row], tile.high[row][column]);
                     match line.look::<PERSPECTIVE>(&margins, planes, high, place.columns[column]) {
                         Look::Gone => {}
-                        Look::Seen(depth) if depth[1] < high - tile.slack => tile.hold(index, at, depth),
+                        Look::Seen(depth) if depth[1] < high - tile.slack => {
+                            tile.hold(index, at, depth)
+                        }
                         _ if !M::BOUNDS => {}
-                        _ if !M::DECIDES => tile.leave_open(index, at, f64::NEG_INFINITY, f64::INFINITY),
+                        _ if !M::DECIDES => {
+                            tile.leave_open(index, at, f64::NEG_INFINITY, f64::INFINITY)
+                        }
                         _ => open |= 1 << (column - first),
                     }
                 }
@@ -706,7 +773,8 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
                     if holder != rival.index() {
                         rival = tile.meet::<PERSPECTIVE>(place, index, holder);
                     }
-                    open &= !tile.against::<L, PERSPECTIVE>(place, index, &rival, [first, row], open);
+                    open &=
+                        !tile.against::<L, PERSPECTIVE>(place, index, &rival, [first, row], open);
                     if open >> k & 1 == 1 {
                         open &= !(1 << k);
                         tile.settle(place, index, [first + k, row], None);
@@ -717,7 +785,8 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
     }
 }
 
-/// A sphere, and vectors of some rows of a tile, in each of which something is to be decided about it.
+/// A sphere, and vectors of some rows of a tile, in each of which something is to be decided about
+/// it.
 struct Decide<'a, const SIDE: usize, const PERSPECTIVE: bool, M> {
     tile: &'a mut Tile<SIDE>,
     place: &'a Place<'a, SIDE>,
@@ -728,14 +797,18 @@ struct Decide<'a, const SIDE: usize, const PERSPECTIVE: bool, M> {
     mode: PhantomData<M>,
 }
 
-impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work for Decide<'_, SIDE, PERSPECTIVE, M> {
+impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> simd::Work
+    for Decide<'_, SIDE, PERSPECTIVE, M>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
         let screen = self.place.projector.screen;
-        let margins =
-            [Margins::new::<PERSPECTIVE>(self.sphere, screen), Margins::sharp::<PERSPECTIVE>(self.sphere, &screen)];
+        let margins = [
+            Margins::new::<PERSPECTIVE>(self.sphere, screen),
+            Margins::sharp::<PERSPECTIVE>(self.sphere, &screen),
+        ];
         // A holder that turned out to be the same sphere.
         let mut rival = Rival::None;
         while self.rows != 0 && !self.place.is_cancelled() {
@@ -804,8 +877,9 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
         }
     }
 
-    /// Eight pixels from some column and row on, by the bounds that serve depths best, by those that serve silhouettes best, by what
-    /// tells spheres apart that all but coincide, and then exactly. Takes and answers with the last holder that was looked at.
+    /// Eight pixels from some column and row on, by the bounds that serve depths best, by those
+    /// that serve silhouettes best, by what tells spheres apart that all but coincide, and then
+    /// exactly. Takes and answers with the last holder that was looked at.
     #[inline(always)]
     fn eight<L: Lanes>(
         &mut self,
@@ -832,7 +906,8 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
         let win = open & told.win;
         let tile = &mut *self.tile;
         if win != 0 {
-            L::select(win, told.most, L::load(&tile.high[row][first..])).store(&mut tile.high[row][first..]);
+            L::select(win, told.most, L::load(&tile.high[row][first..]))
+                .store(&mut tile.high[row][first..]);
             L::mark(win, index, &mut tile.id[row][first..]);
             tile.stale |= Tile::<SIDE>::block(first, row);
             open &= !win;
@@ -852,7 +927,13 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
                     rival = self.tile.meet::<PERSPECTIVE>(self.place, index, holder);
                 }
                 // All pixels of this holder at once.
-                open &= !self.tile.against::<L, PERSPECTIVE>(self.place, index, &rival, [first, row], open);
+                open &= !self.tile.against::<L, PERSPECTIVE>(
+                    self.place,
+                    index,
+                    &rival,
+                    [first, row],
+                    open,
+                );
                 if open >> k & 1 == 0 {
                     continue;
                 }
@@ -862,7 +943,12 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
             if M::DECIDES {
                 self.tile.settle(self.place, index, at, sure.then_some([leasts[k], mosts[k]]));
             } else {
-                self.tile.leave_open(index, at, leasts[k], if sure { mosts[k] } else { f64::INFINITY });
+                self.tile.leave_open(
+                    index,
+                    at,
+                    leasts[k],
+                    if sure { mosts[k] } else { f64::INFINITY },
+                );
             }
         }
         rival

@@ -86,11 +86,18 @@ impl Look {
     /// above.
     fn past(&self, c: DVec3, r: f64, [left, right, bottom, top]: [f64; 4]) -> [f64; 4] {
         match self.camera.projection {
-            Projection::Orthographic => [left - c.x - r, c.x - right - r, bottom - c.y - r, c.y - top - r],
+            Projection::Orthographic => {
+                [left - c.x - r, c.x - right - r, bottom - c.y - r, c.y - top - r]
+            }
             Projection::Perspective => {
                 // Planes through the eye.
                 let plane = |at: f64, side: f64| (at - side * c.z) / side.hypot(1.0);
-                [-plane(c.x, left) - r, plane(c.x, right) - r, -plane(c.y, bottom) - r, plane(c.y, top) - r]
+                [
+                    -plane(c.x, left) - r,
+                    plane(c.x, right) - r,
+                    -plane(c.y, bottom) - r,
+                    plane(c.y, top) - r,
+                ]
             }
         }
     }
@@ -117,7 +124,9 @@ impl Look {
         let outside = |[left, right, bottom, top]: [f64; 4]| {
             let over = |at: f64, low: f64, high: f64| (low - at).max(at - high).max(0.0);
             match projection {
-                Projection::Orthographic => over(c.x, left, right).hypot(over(c.y, bottom, top)) > r,
+                Projection::Orthographic => {
+                    over(c.x, left, right).hypot(over(c.y, bottom, top)) > r
+                }
                 Projection::Perspective => false,
             }
         };
@@ -156,9 +165,9 @@ fn shows(scene: &Scene, camera: Camera, image: ImageSize) -> bool {
         return false;
     }
     let look = Look::new(&View::new(camera, image), Region::whole(image));
-    scene
-        .blocks()
-        .any(|(_, block)| (0..block.len()).into_par_iter().any(|k| look.certain(block.center(k), block.radius(k))))
+    scene.blocks().any(|(_, block)| {
+        (0..block.len()).into_par_iter().any(|k| look.certain(block.center(k), block.radius(k)))
+    })
 }
 
 /// Counts the spheres at each of [`PLACES`].
@@ -201,8 +210,12 @@ pub fn why(scene: &Scene, view: &View, region: Region) -> String {
         Place::Around => format!("around all that is between near ({near:?}) and far ({far:?})"),
         Place::Between => "between the rays of the pixels".into(),
     };
-    let found: Vec<(usize, String)> =
-        PLACES.into_iter().zip(counts).filter(|(_, n)| *n > 0).map(|(place, n)| (n, words(place))).collect();
+    let found: Vec<(usize, String)> = PLACES
+        .into_iter()
+        .zip(counts)
+        .filter(|(_, n)| *n > 0)
+        .map(|(place, n)| (n, words(place)))
+        .collect();
     match found.as_slice() {
         [(_, place)] if spheres == 1 => format!("the only sphere lies {place}"),
         [(_, place)] => format!("all {spheres} spheres lie {place}"),
@@ -227,7 +240,9 @@ pub fn why(scene: &Scene, view: &View, region: Region) -> String {
 /// has one.
 pub fn advice(scene: &Scene, view: &View, region: Region, camera: bool) -> Option<String> {
     if scene.is_empty() {
-        return Some("add [[sphere]] tables, each with center and radius, or [[spheres]] with arrays".into());
+        return Some(
+            "add [[sphere]] tables, each with center and radius, or [[spheres]] with arrays".into(),
+        );
     }
     let (image, present) = (view.image, view.camera);
     let them = if scene.len() == 1 { "it" } else { "them" };
@@ -238,7 +253,8 @@ pub fn advice(scene: &Scene, view: &View, region: Region, camera: bool) -> Optio
     let without_region = if part { " and --region" } else { "" };
     let larger = |camera: Camera| {
         let sizes = (1..=8).map(|k| [image.width, image.height].map(|side| u64::from(side) << k));
-        let sizes = sizes.take_while(|sides| sides.iter().all(|side| *side <= u64::from(MAX_SIDE.min(8192))));
+        let sizes = sizes
+            .take_while(|sides| sides.iter().all(|side| *side <= u64::from(MAX_SIDE.min(8192))));
         sizes
             .map(|[width, height]| ImageSize { width: width as u32, height: height as u32 })
             .find(|size| shows(scene, camera, *size))
@@ -254,7 +270,9 @@ pub fn advice(scene: &Scene, view: &View, region: Region, camera: bool) -> Optio
         return Some(format!("leave out [camera]{without_region} to frame {them}"));
     }
     if camera && let Some(ImageSize { width, height }) = larger(framed) {
-        return Some(format!("leave out [camera]{without_region} to frame {them}, and add --size {width}x{height}"));
+        return Some(format!(
+            "leave out [camera]{without_region} to frame {them}, and add --size {width}x{height}"
+        ));
     }
     // One alone, the largest.
     let largest = (0..scene.len()).into_par_iter().max_by(|&a, &b| {
@@ -263,13 +281,14 @@ pub fn advice(scene: &Scene, view: &View, region: Region, camera: bool) -> Optio
     })?;
     let sphere = scene.known(largest);
     let (center, width) = (sphere.center, 4.0 * sphere.radius);
-    let wanted = Wanted { look_at: Some(center), size: Some(ScreenSize::Width(width)), ..Wanted::default() };
+    let wanted =
+        Wanted { look_at: Some(center), size: Some(ScreenSize::Width(width)), ..Wanted::default() };
     shows(scene, wanted.camera(&scene.bounds(), image), image).then(|| {
         let [x, y, z] = center.to_array();
         let and = if part { ", without --region" } else { "" };
         format!(
-            "sphere {largest}, the largest, is shown by a [camera] of look_at = [{x:?}, {y:?}, {z:?}] and width = {width:?} \
-             alone{and}"
+            "sphere {largest}, the largest, is shown by a [camera] of look_at = [{x:?}, {y:?}, \
+             {z:?}] and width = {width:?} alone{and}"
         )
     })
 }

@@ -1,12 +1,13 @@
 //! The GPU's filter against the worst device that WGSL allows.
 //!
-//! The shaders run on the host (`emulator`), where every sum, difference and product is rounded up or down, fused or not, taken in
-//! another order, every quotient and root is off by all that it may be, and subnormal numbers vanish or not. What the filter
-//! settles there must be the judge's answer all the same.
+//! The shaders run on the host (`emulator`), where every sum, difference and product is rounded up
+//! or down, fused or not, taken in another order, every quotient and root is off by all that it may
+//! be, and subnormal numbers vanish or not. What the filter settles there must be the judge's
+//! answer all the same.
 //!
-//! The bounds in the shaders are measured too: the largest error found over its bound must be above 1/8 and at most 1, so that a
-//! constant in the WGSL that is eight times too large or too small fails here. Nothing of the WGSL is repeated in this file but
-//! what each number means.
+//! The bounds in the shaders are measured too: the largest error found over its bound must be above
+//! 1/8 and at most 1, so that a constant in the WGSL that is eight times too large or too small
+//! fails here. Nothing of the WGSL is repeated in this file but what each number means.
 
 mod corpus;
 mod emulator;
@@ -39,7 +40,10 @@ use planisphere::{
         Gpu,
         lists::{Spheres, Wave},
     },
-    plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, NONE, Segment, TILE, TILE_PIXELS, UNDECIDED},
+    plan::{
+        self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, NONE, Segment, TILE, TILE_PIXELS,
+        UNDECIDED,
+    },
     render::DeviceChoice,
     scene::{Bounds, Scene},
     shader::{FANS, Lanes, PLANES, STATES, Variant},
@@ -51,8 +55,15 @@ fn module(variant: Variant) -> Arc<naga::Module> {
     Arc::new(variant.source().validate().unwrap_or_else(|message| panic!("{message}")).0)
 }
 
-/// What the filter settles on a device of such habits; [`UNDECIDED`] elsewhere. None where the host decides all.
-fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limits) -> Option<Vec<i32>> {
+/// What the filter settles on a device of such habits; [`UNDECIDED`] elsewhere. None where the host
+/// decides all.
+fn emulated(
+    scene: &Scene,
+    view: &View,
+    habits: Habits,
+    seed: u64,
+    limits: Limits,
+) -> Option<Vec<i32>> {
     let region = Region::whole(view.image);
     let fixed = Fixed::new(&scene.bounds())?;
     let eye = Eye::new(&fixed, &scene.bounds(), view)?;
@@ -65,31 +76,49 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
     assert!(all[0].is_empty());
     let mut band = Band::new(region);
     let (passes, single) = band.passes(&wave.lists(), &eye, limits, true);
-    let records: Vec<[i32; 4]> =
-        (0..scene.len()).map(|k| scene.sphere(k).unwrap()).map(|s| fixed.record(s.center, s.radius)).collect();
+    let records: Vec<[i32; 4]> = (0..scene.len())
+        .map(|k| scene.sphere(k).unwrap())
+        .map(|s| fixed.record(s.center, s.radius))
+        .collect();
     let disorder = eye.steps(wave.lists().disorder);
 
     let mut ids = vec![NONE; region.pixels()];
     let mut states = Vec::new();
     let mut modules = HashMap::new();
-    let mut dispatch = |clipped: bool, disorder: f32, entries: &[u32], segments: &[Segment], tiles: &[plan::Tile]| {
+    let mut dispatch = |clipped: bool,
+                        disorder: f32,
+                        entries: &[u32],
+                        segments: &[Segment],
+                        tiles: &[plan::Tile]| {
         let projection = eye.projection();
-        let variant = Variant { projection, clipped, merged: !single, certain: true, lanes: Lanes::Alone, few: false };
+        let variant = Variant {
+            projection,
+            clipped,
+            merged: !single,
+            certain: true,
+            lanes: Lanes::Alone,
+            few: false,
+        };
         let module = modules.entry(variant).or_insert_with(|| module(variant)).clone();
         let mut machine = Machine::new(module, Unfriendly::new(habits, seed));
         let places: Vec<_> = segments.iter().map(|segment| band.place(segment.tile)).collect();
         let groups = (tiles.len() as u32).div_ceil(TILE);
-        let frame = plan::Frame { first: 0, tiles: tiles.len() as u32, row: groups, disorder, ..eye.frame };
+        let frame =
+            plan::Frame { first: 0, tiles: tiles.len() as u32, row: groups, disorder, ..eye.frame };
         machine.bind(0, bytemuck::bytes_of(&frame));
         machine.bind(1, bytemuck::cast_slice(&records));
         machine.bind(2, bytemuck::cast_slice(entries));
         machine.bind(3, bytemuck::cast_slice(tiles));
         machine.bind(4, &vec![0; 4 * TILE_PIXELS * tiles.len().max(band.tiles())]);
         machine.bind(FANS, bytemuck::cast_slice(&places.iter().map(|p| p.fan).collect::<Vec<_>>()));
-        machine.bind(PLANES, bytemuck::cast_slice(&places.iter().map(|p| p.planes).collect::<Vec<_>>()));
+        machine.bind(
+            PLANES,
+            bytemuck::cast_slice(&places.iter().map(|p| p.planes).collect::<Vec<_>>()),
+        );
         if !single {
             if states.is_empty() {
-                machine.bind(STATES, &vec![0; size_of::<plan::State>() * TILE_PIXELS * band.tiles()]);
+                machine
+                    .bind(STATES, &vec![0; size_of::<plan::State>() * TILE_PIXELS * band.tiles()]);
                 states = machine.take(STATES);
             }
             machine.put(STATES, std::mem::take(&mut states));
@@ -107,7 +136,8 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
                 // Four in each.
                 let at = (tile.slot & !(FRESH | LAST)) as usize * TILE_PIXELS / 4;
                 let found = &machine.read(4)[at..at + TILE_PIXELS / 4];
-                let pixels: Vec<i32> = found.iter().flat_map(|v| [0, 1, 2, 3].map(|k| v.int(k))).collect();
+                let pixels: Vec<i32> =
+                    found.iter().flat_map(|v| [0, 1, 2, 3].map(|k| v.int(k))).collect();
                 fill(&mut ids, region, band.columns, segment.tile, &pixels);
             }
         }
@@ -127,11 +157,20 @@ fn emulated(scene: &Scene, view: &View, habits: Habits, seed: u64, limits: Limit
             false => s.tile | if s.fresh { FRESH } else { 0 },
         };
         let tiles = table(&pass.segments, &slot);
-        dispatch(pass.clipped, disorder, &wave.lists().entries[pass.window.clone()], &pass.segments, &tiles);
+        dispatch(
+            pass.clipped,
+            disorder,
+            &wave.lists().entries[pass.window.clone()],
+            &pass.segments,
+            &tiles,
+        );
     }
     if !single {
-        let met: Vec<Segment> =
-            band.met().into_iter().map(|tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
+        let met: Vec<Segment> = band
+            .met()
+            .into_iter()
+            .map(|tile| Segment { tile, start: 0, count: 0, fresh: false })
+            .collect();
         // An empty list reads an entry all the same.
         dispatch(false, plan::NEVER, &[0], &met, &table(&met, &|_, s| s.tile | LAST));
     }
@@ -146,18 +185,25 @@ fn fill(ids: &mut [i32], region: Region, columns: u32, tile: u32, pixels: &[i32]
     let (x, y) = (tile % columns * TILE, tile / columns * TILE);
     for row in 0..TILE.min(region.height - y) {
         for column in 0..TILE.min(region.width - x) {
-            ids[((y + row) * region.width + x + column) as usize] = pixels[(column * TILE + row) as usize];
+            ids[((y + row) * region.width + x + column) as usize] =
+                pixels[(column * TILE + row) as usize];
         }
     }
 }
 
-const ALL: Limits =
-    Limits { wave: usize::MAX, entries: usize::MAX, tiles: usize::MAX, few: 0, worth: 0, round: 60_000 };
+const ALL: Limits = Limits {
+    wave: usize::MAX,
+    entries: usize::MAX,
+    tiles: usize::MAX,
+    few: 0,
+    worth: 0,
+    round: 60_000,
+};
 /// So small that tiles take several passes.
 const SMALL: Limits = Limits { round: 1, ..ALL };
 
-/// On a friendly device the emulator gives what the software device gives, undecided pixels included: so it is the shaders
-/// that it runs.
+/// On a friendly device the emulator gives what the software device gives, undecided pixels
+/// included: so it is the shaders that it runs.
 #[test]
 fn the_emulator_is_the_device() {
     let mut gpu = Gpu::open(&DeviceChoice::Gpu).unwrap_or_else(|error| panic!("{error}"));
@@ -168,9 +214,19 @@ fn the_emulator_is_the_device() {
         if case.scene.len() * region.pixels() > 1 << 17 {
             continue;
         }
-        let Some(got) = emulated(&case.scene, &case.view, Habits::FRIENDLY, 0, ALL) else { continue };
-        let want = gpu.draw_filter(&case.scene, &case.view, region).unwrap_or_else(|error| panic!("{error}")).ids;
-        assert!(got == want, "{}: {} pixels differ", case.name, got.iter().zip(&want).filter(|(a, b)| a != b).count());
+        let Some(got) = emulated(&case.scene, &case.view, Habits::FRIENDLY, 0, ALL) else {
+            continue;
+        };
+        let want = gpu
+            .draw_filter(&case.scene, &case.view, region)
+            .unwrap_or_else(|error| panic!("{error}"))
+            .ids;
+        assert!(
+            got == want,
+            "{}: {} pixels differ",
+            case.name,
+            got.iter().zip(&want).filter(|(a, b)| a != b).count()
+        );
         compared += 1;
     }
     assert!(compared > 10, "{compared}");
@@ -189,7 +245,11 @@ fn check(case: &Case, seed: u64, limits: Limits, settled: &AtomicUsize, undecide
         }
         settled.fetch_add(1, Ordering::Relaxed);
         let (column, row) = (k as u32 % region.width, k as u32 / region.width);
-        assert_eq!(got, want, "{}: column {column}, row {row}, device {seed}: {habits:?}", case.name);
+        assert_eq!(
+            got, want,
+            "{}: column {column}, row {row}, device {seed}: {habits:?}",
+            case.name
+        );
     }
 }
 
@@ -197,14 +257,21 @@ fn check(case: &Case, seed: u64, limits: Limits, settled: &AtomicUsize, undecide
 fn settled_pixels_are_the_judges() {
     let (settled, undecided) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let light = |case: &Case| case.scene.len() * case.view.image.pixels() <= 1 << 15;
-    let cases: Vec<Case> = corpus::corpus().into_iter().chain((0..200).map(corpus::fuzz::fuzz)).filter(light).collect();
+    let cases: Vec<Case> = corpus::corpus()
+        .into_iter()
+        .chain((0..200).map(corpus::fuzz::fuzz))
+        .filter(light)
+        .collect();
     // Another device for each, in one pass a tile and in several.
     cases.par_iter().enumerate().for_each(|(k, case)| {
         check(case, 1000 + k as u64, ALL, &settled, &undecided);
         check(case, 5000 + k as u64, SMALL, &settled, &undecided);
     });
     let (settled, undecided) = (settled.into_inner(), undecided.into_inner());
-    println!("{} scenes: {settled} pixels settled, all right; {undecided} left to the host", cases.len());
+    println!(
+        "{} scenes: {settled} pixels settled, all right; {undecided} left to the host",
+        cases.len()
+    );
     assert!(settled > undecided, "{settled} of {undecided}");
 }
 
@@ -236,7 +303,8 @@ struct Found {
     low: Option<f64>,
     /// What the shader takes for that as a depth.
     low_depth: f64,
-    /// A depth in the tile, where the shader has it along the ray, as that of a key, and its bound on the error of that.
+    /// A depth in the tile, where the shader has it along the ray, as that of a key, and its bound
+    /// on the error of that.
     plane: [f64; 3],
     /// Keys are so much greater than they would be of themselves; perspective only.
     lift: f64,
@@ -247,10 +315,13 @@ struct Found {
     middle: [Bounded; 2],
 }
 
-/// What several passes found of a pixel, merged. Intervals of depths may be as wide as they like: who stays is not always who may be nearest.
+/// What several passes found of a pixel, merged. Intervals of depths may be as wide as they like:
+/// who stays is not always who may be nearest.
 #[test]
 fn passes_are_merged() {
-    let variant = Variant::all().find(|variant| variant.certain && variant.merged && !variant.clipped).unwrap();
+    let variant = Variant::all()
+        .find(|variant| variant.certain && variant.merged && !variant.clipped)
+        .unwrap();
     let module = module(variant);
     // The lower and upper bounds of passes, and which of them is seen.
     let cases: [(&[[f32; 2]], i32); 8] = [
@@ -268,20 +339,25 @@ fn passes_are_merged() {
         machine.bind(4, &[0; 4 * TILE_PIXELS]);
         machine.bind(STATES, &[0; size_of::<plan::State>() * TILE_PIXELS]);
         for (k, &[low, high]) in passes.iter().enumerate() {
-            let slot = if k == 0 { FRESH } else { 0 } | if k + 1 == passes.len() { LAST } else { 0 };
+            let slot =
+                if k == 0 { FRESH } else { 0 } | if k + 1 == passes.len() { LAST } else { 0 };
             let tile = plan::Tile { slot, ..bytemuck::Zeroable::zeroed() };
             machine.bind(3, bytemuck::bytes_of(&tile));
             let tile = machine.call("tile_at", vec![Value::U32(std::iter::once(0).collect())]);
-            let id = Value::I32(std::iter::once(if low == plan::NEVER { NONE } else { k as i32 }).collect());
+            let id = Value::I32(
+                std::iter::once(if low == plan::NEVER { NONE } else { k as i32 }).collect(),
+            );
             let [low, high, rest] = [low, high, plan::NEVER].map(|depth| Value::floats(&[depth]));
             let place = Value::U32(std::iter::once(0).collect());
-            machine.perform("finish", vec![tile, place, Value::Struct([id, low, high, rest].into())]);
+            machine
+                .perform("finish", vec![tile, place, Value::Struct([id, low, high, rest].into())]);
         }
         assert_eq!(machine.read(4)[0].int(0), want, "{passes:?}");
     }
 }
 
-/// Roots by their bits, for mantissas of two exponents; of others the bits are the same but for their exponent.
+/// Roots by their bits, for mantissas of two exponents; of others the bits are the same but for
+/// their exponent.
 #[test]
 fn roots_are_above() {
     let variant = Variant::all().find(|variant| variant.certain).unwrap();
@@ -316,15 +392,27 @@ struct Scale {
 }
 
 impl Scale {
-    const USUAL: Self =
-        Self { data: [-1.0, 1.0], distance: [0.3, 2.0], radius: [-3.0, -1.0], of_delta: false, clipped: false };
+    const USUAL: Self = Self {
+        data: [-1.0, 1.0],
+        distance: [0.3, 2.0],
+        radius: [-3.0, -1.0],
+        of_delta: false,
+        clipped: false,
+    };
 }
 
 impl<'a> Probe<'a> {
-    fn new(stage: &'a Stage, random: &mut Random, scale: Scale, module: &Arc<naga::Module>, seed: u64) -> Option<Self> {
+    fn new(
+        stage: &'a Stage,
+        random: &mut Random,
+        scale: Scale,
+        module: &Arc<naga::Module>,
+        seed: u64,
+    ) -> Option<Self> {
         let View { camera, pitch_y, image, .. } = stage.view;
         let screen = pitch_y.to_f64() * f64::from(image.height);
-        let size = random.power(scale.data[0], scale.data[1]) * if stage.perspective { 1.0 } else { screen };
+        let size = random.power(scale.data[0], scale.data[1])
+            * if stage.perspective { 1.0 } else { screen };
         let distance = size * random.power(scale.distance[0], scale.distance[1]);
         let ray = stage.view.ray(image.width / 2, image.height / 2);
         let middle = ray.origin + ray.direction * distance;
@@ -332,18 +420,25 @@ impl<'a> Probe<'a> {
         let max_radius = screen * random.power(scale.radius[0], scale.radius[1]);
         let half = DVec3::splat(size);
         let (min_center, max_center) = (middle - half, middle + half);
-        let mut bounds = Bounds { min_center, max_center, min_radius: max_radius * 1e-6, max_radius };
+        let mut bounds =
+            Bounds { min_center, max_center, min_radius: max_radius * 1e-6, max_radius };
         let fixed = Fixed::new(&bounds)?;
         let mut eye = Eye::new(&fixed, &bounds, &stage.view)?;
         if scale.of_delta {
             let unit = corpus::two_to(fixed.exponent) / f64::from(eye.frame.scale);
-            bounds.max_radius = unit * f64::from(eye.frame.delta) * random.power(scale.radius[0], scale.radius[1]);
+            bounds.max_radius =
+                unit * f64::from(eye.frame.delta) * random.power(scale.radius[0], scale.radius[1]);
             eye = Eye::new(&fixed, &bounds, &stage.view)?;
         }
         // Signs of the errors that go with a place in the program, or with chance.
         let habits = Habits {
-            rounding: [Rounding::Fixed, Rounding::Fixed, Rounding::Random, Rounding::Up, Rounding::Down]
-                [(seed % 5) as usize],
+            rounding: [
+                Rounding::Fixed,
+                Rounding::Fixed,
+                Rounding::Random,
+                Rounding::Up,
+                Rounding::Down,
+            ][(seed % 5) as usize],
             ..Habits::of_seed(seed)
         };
         let machine = Machine::new(module.clone(), Unfriendly::new(habits, seed));
@@ -359,12 +454,16 @@ impl<'a> Probe<'a> {
         let Bounds { min_center, max_center, max_radius, .. } = self.bounds;
         let middle = 0.5 * (min_center + max_center);
         let origin = self.stage.view.camera.origin;
-        let depth = (middle - origin).length() + (max_center - middle).x * random.between(-1.0, 1.0);
+        let depth =
+            (middle - origin).length() + (max_center - middle).x * random.between(-1.0, 1.0);
         let radius = max_radius * random.power(-2.0, 0.0);
         // Half of them near the silhouette: half chords of 1/160 to 1/3 of the radius.
         let chord = random.power(-2.2, -0.5);
-        let near =
-            if random.bits() & 1 == 0 { (1.0 - chord * chord).sqrt() } else { random.between(apart[0], apart[1]) };
+        let near = if random.bits() & 1 == 0 {
+            (1.0 - chord * chord).sqrt()
+        } else {
+            random.between(apart[0], apart[1])
+        };
         let apart = radius * near;
         let input = self.stage.near_ray(random, [depth, radius, apart]);
         self.inside(input).then_some(input)
@@ -381,7 +480,9 @@ impl<'a> Probe<'a> {
         let (left, top) = (input.column / TILE * TILE, input.row / TILE * TILE);
         let nearest = self.stage.exact(input).z.value() - 1.000001 * input.radius;
         let (class, place) = self.eye.place(left, top, nearest, true);
-        if class == Class::Host || (self.stage.perspective && class == Class::Clipped && !self.clipped) {
+        if class == Class::Host
+            || (self.stage.perspective && class == Class::Clipped && !self.clipped)
+        {
             return None;
         }
         let offset = place.tile.z;
@@ -399,7 +500,9 @@ impl<'a> Probe<'a> {
         let record = Value::I32(record.into_iter().collect());
         let perspective = self.stage.perspective;
         let (place, lift) = if perspective {
-            let center = Value::I32(self.fixed.record(input.center, input.radius)[..3].iter().copied().collect());
+            let center = Value::I32(
+                self.fixed.record(input.center, input.radius)[..3].iter().copied().collect(),
+            );
             let lift = machine.field(&eye, "Eye", "lift").float(0);
             (machine.call("place_of", vec![eye.clone(), center]).float(0), lift)
         } else {
@@ -416,7 +519,8 @@ impl<'a> Probe<'a> {
         let rays = machine.field(&pixels, "Pixels", half);
         let chords = machine.call("chords", vec![item.clone(), pixels]);
         let chord = machine.field(&chords, "Chords", half);
-        let key = machine.call("lower", vec![range.clone(), item.clone(), chord.clone()]).uint(lane);
+        let key =
+            machine.call("lower", vec![range.clone(), item.clone(), chord.clone()]).uint(lane);
         let safe = if perspective {
             machine.call("safe", vec![range, item.clone(), chord.clone()]).holds(lane)
         } else {
@@ -424,23 +528,42 @@ impl<'a> Probe<'a> {
         };
         let low = (key <= i32::MAX as u32).then(|| f64::from(f32::from_bits(key)));
         let front = machine.field(&item, "Item", "front");
-        let [along, error] =
-            ["along_rays", "plane_error"].map(|name| machine.call(name, vec![rays.clone(), front.clone()]).float(lane));
+        let [along, error] = ["along_rays", "plane_error"]
+            .map(|name| machine.call(name, vec![rays.clone(), front.clone()]).float(lane));
         let plane = [front.float(0), along, error].map(f64::from);
-        let low_depth = machine.call("depths", vec![rays, Value::floats(&[f32::from_bits(key); 4])]).float(lane).into();
-        let place = if perspective { place } else { machine.field(&item, "Item", "shape").float(0) }.into();
+        let low_depth = machine
+            .call("depths", vec![rays, Value::floats(&[f32::from_bits(key); 4])])
+            .float(lane)
+            .into();
+        let place =
+            if perspective { place } else { machine.field(&item, "Item", "shape").float(0) }.into();
         let View { image, pitch_x, pitch_y, .. } = self.stage.view;
         let middle = [
             (2 * left as i32 + TILE as i32 - image.width as i32, pitch_x),
             (image.height as i32 - 2 * top as i32 - TILE as i32, pitch_y),
         ]
-        .map(|(odd, pitch)| Bounded::ratio(odd.into(), pitch.length, 2.0 * f64::from(pitch.divisor)));
+        .map(|(odd, pitch)| {
+            Bounded::ratio(odd.into(), pitch.length, 2.0 * f64::from(pitch.divisor))
+        });
         let base = self.middle - exact(offset.into());
-        Some(Found { item, chord, lane, place, low, low_depth, plane, lift: lift.into(), safe, base, middle })
+        Some(Found {
+            item,
+            chord,
+            lane,
+            place,
+            low,
+            low_depth,
+            plane,
+            lift: lift.into(),
+            safe,
+            base,
+            middle,
+        })
     }
 }
 
-/// A search over views, data, devices and spheres for the largest of some ratios; each must lie between 1/8 and 1.
+/// A search over views, data, devices and spheres for the largest of some ratios; each must lie
+/// between 1/8 and 1.
 fn measure<const N: usize>(
     names: [&str; N],
     projection: Projection,
@@ -450,7 +573,14 @@ fn measure<const N: usize>(
     ratios: impl Fn(&Probe, &Found, &Exact) -> [Option<f64>; N],
 ) {
     let clipped = scale.clipped;
-    let variant = Variant { projection, clipped, merged: false, certain: true, lanes: Lanes::Alone, few: false };
+    let variant = Variant {
+        projection,
+        clipped,
+        merged: false,
+        certain: true,
+        lanes: Lanes::Alone,
+        few: false,
+    };
     let module = module(variant);
     let mut random = Random::new(seed);
     let mut worst = [0.0f64; N];
@@ -458,13 +588,16 @@ fn measure<const N: usize>(
     let far = scale.distance[0] > 3.0 && projection == Projection::Perspective;
     let stages = match projection {
         Projection::Perspective if far => telescopes(&mut random, [-8.0, -6.0]),
-        // So narrow that a place is not known to much less than a pixel: else that is nothing to what roundings are at the size of a tile.
+        // So narrow that a place is not known to much less than a pixel: else that is nothing to
+        // what roundings are at the size of a tile.
         Projection::Perspective if scale.of_delta => telescopes(&mut random, [-13.0, -11.5]),
         _ => stages(&mut random, projection),
     };
     for stage in stages {
         for device in 0..40 {
-            let Some(mut probe) = Probe::new(&stage, &mut random, scale, &module, seed * 1000 + device) else {
+            let Some(mut probe) =
+                Probe::new(&stage, &mut random, scale, &module, seed * 1000 + device)
+            else {
                 continue;
             };
             let mut best: [Option<(f64, Input)>; N] = [None; N];
@@ -485,7 +618,8 @@ fn measure<const N: usize>(
                     let Some(ratio) = ratio else { continue };
                     assert!(
                         ratio <= 1.0,
-                        "{} is {ratio} of its bound: {projection:?}, seed {seed}, device {device}, {next:?}, {:?}\n{:?}",
+                        "{} is {ratio} of its bound: {projection:?}, seed {seed}, device \
+                         {device}, {next:?}, {:?}\n{:?}",
                         names[k],
                         stage.view,
                         probe.eye.frame
@@ -500,7 +634,10 @@ fn measure<const N: usize>(
         }
     }
     for k in 0..N {
-        println!("{}, {projection:?}: {:.3} of the bound, {} inputs", names[k], worst[k], measured[k]);
+        println!(
+            "{}, {projection:?}: {:.3} of the bound, {} inputs",
+            names[k], worst[k], measured[k]
+        );
     }
     for k in 0..N {
         assert!(
@@ -530,7 +667,8 @@ fn number(probe: &Probe, of: &Value, kind: &str, name: &str, lane: usize) -> f64
     probe.machine.field(of, kind, name).float(lane).into()
 }
 
-/// The square against the exact one, over `E`: where there is a hit, and where there seems to be one.
+/// The square against the exact one, over `E`: where there is a hit, and where there seems to be
+/// one.
 fn square(probe: &Probe, found: &Found, e: &Exact) -> Option<f64> {
     let per_step = exact(1.0 / probe.step);
     let square = number(probe, &found.chord, "Chord", "square", found.lane);
@@ -542,7 +680,8 @@ fn square(probe: &Probe, found: &Found, e: &Exact) -> Option<f64> {
 #[test]
 fn squares() {
     for projection in BOTH {
-        // Spheres of some steps, where the place counts; of about a tile, and of very many, where roundings do.
+        // Spheres of some steps, where the place counts; of about a tile, and of very many, where
+        // roundings do.
         let sizes = [
             ("square of small spheres", [-7.0, -4.0]),
             ("square of spheres of pixels", [-2.5, -1.0]),
@@ -552,12 +691,21 @@ fn squares() {
             let scale = Scale { radius, clipped: true, ..Scale::USUAL };
             measure([name], projection, 21, scale, [0.0, 1.04], |p, f, e| [square(p, f, e)]);
         }
-        let scale = Scale { data: [1.0, 2.5], radius: [-0.5, 1.5], of_delta: true, clipped: true, ..Scale::USUAL };
-        measure(["square of vague spheres"], projection, 22, scale, [0.0, 1.0], |p, f, e| [square(p, f, e)]);
+        let scale = Scale {
+            data: [1.0, 2.5],
+            radius: [-0.5, 1.5],
+            of_delta: true,
+            clipped: true,
+            ..Scale::USUAL
+        };
+        measure(["square of vague spheres"], projection, 22, scale, [0.0, 1.0], |p, f, e| {
+            [square(p, f, e)]
+        });
     }
 }
 
-/// Where a centre is put, over `delta`: near, where integers round, and far away, where the f64 of the host does.
+/// Where a centre is put, over `delta`: near, where integers round, and far away, where the f64 of
+/// the host does.
 #[test]
 fn places() {
     for projection in BOTH {
@@ -566,7 +714,9 @@ fn places() {
             let scale = Scale { distance, ..Scale::USUAL };
             measure([name], projection, 23, scale, [0.0, 1.0], |p, f, e| {
                 let per_step = exact(1.0 / p.step);
-                let truth = if p.stage.perspective { e.z * f.middle[0] - e.x } else { e.x - f.middle[0] } * per_step;
+                let truth =
+                    if p.stage.perspective { e.z * f.middle[0] - e.x } else { e.x - f.middle[0] }
+                        * per_step;
                 // The conversion to f32 is not part of it.
                 let off = error(f.place, truth).abs() - f.place.abs() * f64::from(f32::EPSILON);
                 [Some(off / f64::from(p.eye.frame.delta))]
@@ -592,7 +742,8 @@ fn depths() {
                 let near = number(p, &f.chord, "Chord", "near", f.lane);
                 assert!(square < 0.0 || near > 0.0, "a key that is not above 0: {near}");
                 let (Some(low), true) = (f.low, square > 0.0) else { return [None; 3] };
-                // As keys have them: perspective depths times a, less what is the same for all spheres at a pixel.
+                // As keys have them: perspective depths times a, less what is the same for all
+                // spheres at a pixel.
                 let perspective = p.stage.perspective;
                 let common = if perspective { common(f, e) } else { f.base };
                 let depth = |root: Bounded| (e.b - root) * per_step - common;
@@ -600,13 +751,22 @@ fn depths() {
                 let clamped = !perspective && low < 1e-30;
                 let off = (exact(low) - depth(exact(p.step) * exact(square).sqrt())).value().abs();
                 let above = (depth(e.q.sqrt()) - exact(low)).value();
-                assert!(!f.safe || clamped || above >= -slack, "a lower bound above the depth by {}", -above - slack);
+                assert!(
+                    !f.safe || clamped || above >= -slack,
+                    "a lower bound above the depth by {}",
+                    -above - slack
+                );
                 let below = ((exact(low) + common) - (exact(f.low_depth) + f.base) * e.a).value();
-                assert!(clamped || below <= 20.0 * f64::from(f32::EPSILON) * f.lift, "a key's depth {below} too small");
+                assert!(
+                    clamped || below <= 20.0 * f64::from(f32::EPSILON) * f.lift,
+                    "a key's depth {below} too small"
+                );
                 let begins = (e.z - e.r) * per_step - f.base;
                 // A depth; perspective slack is of keys.
-                let rounding = 2.0 * f64::from(f32::EPSILON) * (front.abs() + 2.0 * e.r.value() / p.step);
-                let start = if perspective { f64::from(p.eye.frame.delta_depth) + rounding } else { slack };
+                let rounding =
+                    2.0 * f64::from(f32::EPSILON) * (front.abs() + 2.0 * e.r.value() / p.step);
+                let start =
+                    if perspective { f64::from(p.eye.frame.delta_depth) + rounding } else { slack };
                 [
                     (!clamped).then_some(off / slack),
                     (f.safe && !clamped).then_some((above + slack) / doubt),

@@ -19,7 +19,12 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 fn planisphere(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_planisphere"));
-    command.args(arguments).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
     command
 }
 
@@ -98,19 +103,23 @@ impl Array {
     /// A table's columns as rows.
     fn turned(&self) -> Self {
         let &[rows, columns] = self.shape.as_slice() else { panic!("no table") };
-        let values = (0..columns).flat_map(|c| (0..rows).map(move |r| self.values[r * columns + c])).collect();
+        let values = (0..columns)
+            .flat_map(|c| (0..rows).map(move |r| self.values[r * columns + c]))
+            .collect();
         Self { shape: vec![columns, rows], values, ..self.clone() }
     }
 
     /// The first columns of a table.
     fn first(&self, columns: usize) -> Self {
-        let values = self.values.chunks(self.shape[1]).flat_map(|row| row[..columns].to_vec()).collect();
+        let values =
+            self.values.chunks(self.shape[1]).flat_map(|row| row[..columns].to_vec()).collect();
         Self { shape: vec![self.shape[0], columns], values, ..self.clone() }
     }
 
     /// A table with another column.
     fn and(&self, column: f64) -> Self {
-        let values = self.values.chunks(self.shape[1]).flat_map(|row| [row, &[column]].concat()).collect();
+        let values =
+            self.values.chunks(self.shape[1]).flat_map(|row| [row, &[column]].concat()).collect();
         Self { shape: vec![self.shape[0], self.shape[1] + 1], values, ..self.clone() }
     }
 
@@ -187,7 +196,8 @@ fn bytes_of(code: &str, value: f64) -> Vec<u8> {
 fn npy(descr: &str, fortran: bool, shape: &[usize], data: &[u8]) -> Vec<u8> {
     let fortran = if fortran { "True" } else { "False" };
     let shape = shape.iter().map(|n| format!("{n},")).collect::<String>();
-    let mut header = format!("{{'descr': {descr}, 'fortran_order': {fortran}, 'shape': ({shape}), }}");
+    let mut header =
+        format!("{{'descr': {descr}, 'fortran_order': {fortran}, 'shape': ({shape}), }}");
     // NumPy aligns the numbers.
     while (10 + header.len() + 1) % 64 != 0 {
         header.push(' ');
@@ -203,7 +213,8 @@ fn npy(descr: &str, fortran: bool, shape: &[usize], data: &[u8]) -> Vec<u8> {
 fn file(saved: &Saved) -> Vec<u8> {
     match saved {
         Saved::Numbers(array) => {
-            let data: Vec<u8> = array.saved().iter().flat_map(|&value| bytes_of(array.code, value)).collect();
+            let data: Vec<u8> =
+                array.saved().iter().flat_map(|&value| bytes_of(array.code, value)).collect();
             npy(&format!("'{}'", array.code), array.fortran, &array.shape, &data)
         }
         Saved::Records(fields) => {
@@ -220,7 +231,10 @@ fn file(saved: &Saved) -> Vec<u8> {
             let record = |at: usize| {
                 let field = move |(_, array): &(&str, Array)| -> Vec<u8> {
                     let across = array.values.len() / records;
-                    array.values[at * across..][..across].iter().flat_map(|&v| bytes_of(array.code, v)).collect()
+                    array.values[at * across..][..across]
+                        .iter()
+                        .flat_map(|&v| bytes_of(array.code, v))
+                        .collect()
                 };
                 fields.iter().flat_map(field).collect::<Vec<_>>()
             };
@@ -232,23 +246,37 @@ fn file(saved: &Saved) -> Vec<u8> {
 
 /// What Python makes of an expression that a fix names.
 fn python(code: &str, saved: &Saved) -> Array {
-    if let Some(inner) = code.strip_prefix("(255 * ").and_then(|rest| rest.strip_suffix(" + 0.5).astype('u1')")) {
+    if let Some(inner) =
+        code.strip_prefix("(255 * ").and_then(|rest| rest.strip_suffix(" + 0.5).astype('u1')"))
+    {
         return python(inner, saved).map(|value| (255.0 * value + 0.5).floor()).of("|u1");
     }
     let field = |name: &str| match saved {
-        Saved::Records(fields) => fields.iter().find(|(field, _)| *field == name).expect("a field").1.clone(),
+        Saved::Records(fields) => {
+            fields.iter().find(|(field, _)| *field == name).expect("a field").1.clone()
+        }
         _ => panic!("no records: {code}"),
     };
-    let quoted = |rest: &str| rest.split_once("']").map(|(name, rest)| (name.to_owned(), rest.to_owned()));
+    let quoted =
+        |rest: &str| rest.split_once("']").map(|(name, rest)| (name.to_owned(), rest.to_owned()));
     let (mut array, mut rest) = if let Some(list) = code.strip_prefix("numpy.stack([") {
         let (names, rest) = list.split_once("], axis=-1)").expect("a list");
         let columns: Vec<Array> = names
             .split(", ")
-            .map(|name| field(name.strip_prefix("array['").and_then(|name| name.strip_suffix("']")).expect("a field")))
+            .map(|name| {
+                field(
+                    name.strip_prefix("array['")
+                        .and_then(|name| name.strip_suffix("']"))
+                        .expect("a field"),
+                )
+            })
             .collect();
-        let values = (0..columns[0].values.len()).flat_map(|k| columns.iter().map(move |c| c.values[k])).collect();
+        let values = (0..columns[0].values.len())
+            .flat_map(|k| columns.iter().map(move |c| c.values[k]))
+            .collect();
         // NumPy takes the wider type; numbers of these tests lie in either.
-        let code = if columns.iter().any(|c| c.code.ends_with("f8")) { "<f8" } else { columns[0].code };
+        let code =
+            if columns.iter().any(|c| c.code.ends_with("f8")) { "<f8" } else { columns[0].code };
         let shape = vec![columns[0].values.len(), columns.len()];
         (Array { code, shape, values, fortran: false }, rest.to_owned())
     } else if let Some(rest) = code.strip_prefix("array['") {
@@ -275,10 +303,12 @@ fn python(code: &str, saved: &Saved) -> Array {
             rest = after;
         } else if let Some(after) = take(".reshape(") {
             let (lengths, after) = after.split_once(')').expect("a shape");
-            let lengths: Vec<i64> = lengths.split(", ").map(|n| n.parse().expect("a length")).collect();
+            let lengths: Vec<i64> =
+                lengths.split(", ").map(|n| n.parse().expect("a length")).collect();
             let known: i64 = lengths.iter().filter(|&&n| n >= 0).product();
             let all = array.values.len() as i64;
-            let shape: Vec<usize> = lengths.iter().map(|&n| if n < 0 { all / known } else { n } as usize).collect();
+            let shape: Vec<usize> =
+                lengths.iter().map(|&n| if n < 0 { all / known } else { n } as usize).collect();
             array = Array { fortran: false, ..array.shaped(&shape) };
             rest = after.to_owned();
         } else {
@@ -381,34 +411,83 @@ fn cases() -> Vec<Case> {
         let wanted = Fixed("(255 * array + 0.5).astype('u1')");
         cases.push((code, "colors", n(unit(&colors(), code)), None, wanted));
     }
-    let black_and_white = || array("|u1", &[4, 3], &[0., 0., 255., 255., 0., 0., 255., 255., 255., 0., 255., 0.]);
+    let black_and_white =
+        || array("|u1", &[4, 3], &[0., 0., 255., 255., 0., 0., 255., 255., 255., 0., 255., 0.]);
     let wanted = Fixed("(255 * array + 0.5).astype('u1')");
-    cases.push(("only 0 and 1", "colors", n(unit(&black_and_white(), "<f8")), Some(black_and_white()), wanted));
+    cases.push((
+        "only 0 and 1",
+        "colors",
+        n(unit(&black_and_white(), "<f8")),
+        Some(black_and_white()),
+        wanted,
+    ));
     let wanted = Fixed("(255 * array[:, :3] + 0.5).astype('u1')");
     cases.push(("rgba 0..1", "colors", n(unit(&colors().and(255.), "<f4")), None, wanted));
     let wanted = Fixed("(255 * array.T + 0.5).astype('u1')");
     cases.push(("planes 0..1", "colors", n(unit(&colors().turned(), "<f4")), None, wanted));
     let wanted = Fixed("(255 * array.reshape(-1, 3) + 0.5).astype('u1')");
-    cases.push(("a grid 0..1", "colors", n(unit(&colors().shaped(&[2, 2, 3]), "<f8")), None, wanted));
+    cases.push((
+        "a grid 0..1",
+        "colors",
+        n(unit(&colors().shaped(&[2, 2, 3]), "<f8")),
+        None,
+        wanted,
+    ));
     let wanted = Fixed("(255 * array.reshape(-1, 4)[:, :3] + 0.5).astype('u1')");
     let grid = unit(&colors().and(255.).shaped(&[2, 2, 4]), "<f8").in_columns();
     cases.push(("a grid of rgba 0..1, in columns", "colors", n(grid), None, wanted));
 
     // Wrong shapes.
     cases.push(("rgba", "colors", n(colors().and(255.)), None, Fixed("array[:, :3]")));
-    cases.push(("rgba of int64", "colors", n(colors().and(255.).of("<i8")), None, Fixed("array[:, :3]")));
+    cases.push((
+        "rgba of int64",
+        "colors",
+        n(colors().and(255.).of("<i8")),
+        None,
+        Fixed("array[:, :3]"),
+    ));
     cases.push(("planes", "colors", n(colors().turned()), None, Fixed("array.T")));
-    cases.push(("planes in columns", "colors", n(colors().turned().in_columns()), None, Fixed("array.T")));
+    cases.push((
+        "planes in columns",
+        "colors",
+        n(colors().turned().in_columns()),
+        None,
+        Fixed("array.T"),
+    ));
     cases.push(("turned", "centers", n(centers().turned()), None, Fixed("array.T")));
-    cases.push(("turned, big-endian", "centers", n(centers().of(">f8").turned()), None, Fixed("array.T")));
-    cases.push(("a grid", "centers", n(centers().shaped(&[2, 2, 3])), None, Fixed("array.reshape(-1, 3)")));
+    cases.push((
+        "turned, big-endian",
+        "centers",
+        n(centers().of(">f8").turned()),
+        None,
+        Fixed("array.T"),
+    ));
+    cases.push((
+        "a grid",
+        "centers",
+        n(centers().shaped(&[2, 2, 3])),
+        None,
+        Fixed("array.reshape(-1, 3)"),
+    ));
     let grid = colors().and(255.).shaped(&[2, 2, 4]);
     cases.push(("a grid of rgba", "colors", n(grid), None, Fixed("array.reshape(-1, 4)[:, :3]")));
     cases.push(("a grid", "radii", n(radii().shaped(&[2, 2])), None, Fixed("array.reshape(-1)")));
 
     // Other types whose numbers are right.
-    cases.push(("complex without imaginary parts", "centers", n(centers().of("<c16")), None, Fixed("array.real")));
-    cases.push(("complex, turned", "centers", n(centers().of("<c16").turned()), None, Fixed("array.real.T")));
+    cases.push((
+        "complex without imaginary parts",
+        "centers",
+        n(centers().of("<c16")),
+        None,
+        Fixed("array.real"),
+    ));
+    cases.push((
+        "complex, turned",
+        "centers",
+        n(centers().of("<c16").turned()),
+        None,
+        Fixed("array.real.T"),
+    ));
     let ones = || array("<f8", &[4], &[1.; 4]);
     cases.push(("bool", "radii", n(ones().of("|b1")), Some(ones()), Fixed("array.astype('f8')")));
 
@@ -421,13 +500,21 @@ fn cases() -> Vec<Case> {
         Saved::Records((0..3).map(|k| (names[k], column(array, k, codes[k]))).collect())
     };
     let wanted = Fixed("numpy.stack([array['x'], array['y'], array['z']], axis=-1)");
-    cases.push(("x, y, z", "centers", xyz(["x", "y", "z"], ["<f8", ">f8", "<f8"], &centers()), None, wanted));
+    cases.push((
+        "x, y, z",
+        "centers",
+        xyz(["x", "y", "z"], ["<f8", ">f8", "<f8"], &centers()),
+        None,
+        wanted,
+    ));
     let wanted = Fixed("numpy.stack([array['X'], array['Y'], array['Z']], axis=-1)");
     cases.push(("X, Y, Z", "centers", xyz(["X", "Y", "Z"], ["<f8"; 3], &centers()), None, wanted));
     let wanted = Fixed("numpy.stack([array['r'], array['g'], array['b']], axis=-1)");
     cases.push(("r, g, b", "colors", xyz(["r", "g", "b"], ["|u1"; 3], &colors()), None, wanted));
-    let wanted =
-        Fixed("(255 * numpy.stack([array['red'], array['green'], array['blue']], axis=-1) + 0.5).astype('u1')");
+    let wanted = Fixed(
+        "(255 * numpy.stack([array['red'], array['green'], array['blue']], axis=-1) + \
+         0.5).astype('u1')",
+    );
     let records = xyz(["red", "green", "blue"], ["<f4", "<f4", "<f8"], &unit(&colors(), "<f8"));
     cases.push(("red, green, blue 0..1", "colors", records, None, wanted));
     let particles = || {
@@ -441,19 +528,27 @@ fn cases() -> Vec<Case> {
     };
     cases.push(("particles", "centers", particles(), None, Fixed("array['pos']")));
     cases.push(("particles", "radii", particles(), None, Fixed("array['radius']")));
-    cases.push(("particles", "colors", particles(), None, Fixed("(255 * array['rgba'][:, :3] + 0.5).astype('u1')")));
+    cases.push((
+        "particles",
+        "colors",
+        particles(),
+        None,
+        Fixed("(255 * array['rgba'][:, :3] + 0.5).astype('u1')"),
+    ));
 
     // Where only words are right: something would be rounded, cut or guessed.
     let big = array("<i8", &[4], &[1., 1., 9007199254740992., 1.]);
     let mut odd = file(&n(big));
     let end = odd.len();
     odd[end - 16] = 1;
-    let wanted = Words(&["element [2] is 9007199254740993, which no 64-bit float equals", "decide"]);
+    let wanted =
+        Words(&["element [2] is 9007199254740993, which no 64-bit float equals", "decide"]);
     cases.push(("an integer that is no float", "radii", Saved::Bytes(odd), None, wanted));
     let mut long = file(&n(centers().of("<f16")));
     let end = long.len();
     long[end - 16] = 1;
-    let wanted = Words(&["element [3, 2] is a long double next to -1.5, which no 64-bit float equals"]);
+    let wanted =
+        Words(&["element [3, 2] is a long double next to -1.5, which no 64-bit float equals"]);
     cases.push(("a long double that is no float", "centers", Saved::Bytes(long), None, wanted));
     let quads = [[0u8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x40, 1, 0x40]; 12].concat();
     let wanted = Words(&["long doubles, which differ between machines"]);
@@ -474,12 +569,25 @@ fn cases() -> Vec<Case> {
     cases.push(("NaN among colours", "colors", with(4, f64::NAN, floats()), None, wanted));
     let wanted = Words(&["element [1, 1] is -0.5, not a channel of a colour"]);
     cases.push(("negative colours", "colors", with(4, -0.5, floats()), None, wanted));
-    let wanted = Words(&["element [2, 2] is 256, not a channel of a colour", "integers from 0 to 255"]);
+    let wanted =
+        Words(&["element [2, 2] is 256, not a channel of a colour", "integers from 0 to 255"]);
     cases.push(("colours to 256", "colors", with(8, 256., colors().of("<i4")), None, wanted));
     let wanted = Words(&["element [2, 2] is -1, not a channel of a colour"]);
-    cases.push(("colours from -1", "colors", with(8, -1., colors().of("|i1").map(|v| v.min(100.))), None, wanted));
+    cases.push((
+        "colours from -1",
+        "colors",
+        with(8, -1., colors().of("|i1").map(|v| v.min(100.))),
+        None,
+        wanted,
+    ));
     let wanted = Words(&["element [0, 0] is 254.5, not an integer from 0 to 255"]);
-    cases.push(("colours between integers", "colors", n(colors().of("<f8").map(|v| (v - 0.5).max(0.0))), None, wanted));
+    cases.push((
+        "colours between integers",
+        "colors",
+        n(colors().of("<f8").map(|v| (v - 0.5).max(0.0))),
+        None,
+        wanted,
+    ));
     let wanted = Words(&["has the shape (4, 4)", "no transparency", "array[:, :3]"]);
     cases.push(("rgba that is seen through", "colors", n(colors().and(128.)), None, wanted));
     let wanted = Words(&["type bool", "255 * array where true is the brightest"]);
@@ -504,15 +612,24 @@ fn cases() -> Vec<Case> {
     let wanted = Words(&["has the shape (3,), but (4,)"]);
     cases.push(("too few radii", "radii", n(array("<f8", &[3], &[1.; 3])), None, wanted));
     let five = array("|u1", &[5, 3], &[9.; 15]);
-    cases.push(("too many colours", "colors", n(five), None, Words(&["has the shape (5, 3), but (4, 3)", "no more"])));
+    cases.push((
+        "too many colours",
+        "colors",
+        n(five),
+        None,
+        Words(&["has the shape (5, 3), but (4, 3)", "no more"]),
+    ));
     let wanted = Words(&["imaginary part 2"]);
     let mut complex = file(&n(radii().of("<c16")));
     let end = complex.len();
     complex[end - 1] = 0x40;
     cases.push(("complex", "radii", Saved::Bytes(complex), None, wanted));
-    for (descr, what) in
-        [("'|O'", "Python objects"), ("'<U2'", "text"), ("'<M8[s]'", "dates"), ("'|V8'", "bytes without a type")]
-    {
+    for (descr, what) in [
+        ("'|O'", "Python objects"),
+        ("'<U2'", "text"),
+        ("'<M8[s]'", "dates"),
+        ("'|V8'", "bytes without a type"),
+    ] {
         let saved = || Saved::Bytes(npy(descr, false, &[4], &[1; 32]));
         let wanted: End = match what {
             "Python objects" => Words(&["holds Python objects, not numbers"]),
@@ -529,12 +646,36 @@ fn cases() -> Vec<Case> {
     // No arrays, or not all of one.
     let good = || file(&n(centers()));
     let cut = |less: usize| Saved::Bytes(good()[..good().len() - less].to_vec());
-    cases.push(("cut short", "centers", cut(1), None, Words(&["holds 95 bytes", "needs 96", "cut short"])));
-    cases.push(("cut in the header", "centers", cut(100), None, Words(&["the header is cut short"])));
+    cases.push((
+        "cut short",
+        "centers",
+        cut(1),
+        None,
+        Words(&["holds 95 bytes", "needs 96", "cut short"]),
+    ));
+    cases.push((
+        "cut in the header",
+        "centers",
+        cut(100),
+        None,
+        Words(&["the header is cut short"]),
+    ));
     let more = Saved::Bytes([good(), vec![0; 7]].concat());
-    cases.push(("with something behind", "centers", more, None, Words(&["holds 103 bytes", "something follows"])));
+    cases.push((
+        "with something behind",
+        "centers",
+        more,
+        None,
+        Words(&["holds 103 bytes", "something follows"]),
+    ));
     let two = Saved::Bytes([good(), good()].concat());
-    cases.push(("two in one file", "centers", two, None, Words(&["each array has a file of its own"])));
+    cases.push((
+        "two in one file",
+        "centers",
+        two,
+        None,
+        Words(&["each array has a file of its own"]),
+    ));
     cases.push(("empty", "centers", Saved::Bytes(vec![]), None, Words(&["it is empty"])));
     let zip = Saved::Bytes(b"PK\x03\x04and so on".to_vec());
     cases.push(("an archive", "centers", zip, None, Words(&["numpy.savez", "name an .npy file"])));
@@ -555,7 +696,9 @@ fn a_printed_fix_gives_the_right_picture() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("scene.toml"), SCENE).unwrap();
-    let write = |name: &str, saved: &Saved| fs::write(folder.join(format!("{name}.npy")), file(saved)).unwrap();
+    let write = |name: &str, saved: &Saved| {
+        fs::write(folder.join(format!("{name}.npy")), file(saved)).unwrap()
+    };
     let mut wrong = Vec::new();
     let cases = cases();
     assert!(cases.len() > 100, "{}", cases.len());
@@ -571,15 +714,20 @@ fn a_printed_fix_gives_the_right_picture() {
         write(key, saved);
         let mut output = render(folder);
         let mut said = words(&output);
-        let mut fail = |why: String, said: &str| wrong.push(format!("{key}: {name}: {why}\n{said}"));
+        let mut fail =
+            |why: String, said: &str| wrong.push(format!("{key}: {name}: {why}\n{said}"));
         match end {
             IsRead => {}
             Fixed(code) => {
-                let Some(fix) = said.lines().find_map(|line| line.split_once("fix: ")).map(|(_, fix)| fix) else {
+                let Some(fix) =
+                    said.lines().find_map(|line| line.split_once("fix: ")).map(|(_, fix)| fix)
+                else {
                     fail("no fix".into(), &said);
                     continue;
                 };
-                let Some(found) = fix.split_once("numpy.save(name, ").and_then(|(_, code)| code.strip_suffix(')'))
+                let Some(found) = fix
+                    .split_once("numpy.save(name, ")
+                    .and_then(|(_, code)| code.strip_suffix(')'))
                 else {
                     fail("no code".into(), &said);
                     continue;
@@ -599,7 +747,9 @@ fn a_printed_fix_gives_the_right_picture() {
                     fail(format!("{code:?}, lacks {missing:?}"), &said);
                 }
                 // A fix that a program could obey has to be right: there is none.
-                let obeyed = said.lines().any(|line| line.contains("numpy.save(name, ") && line.ends_with(')'));
+                let obeyed = said
+                    .lines()
+                    .any(|line| line.contains("numpy.save(name, ") && line.ends_with(')'));
                 if obeyed && !said.contains("numpy.save(name, array)") {
                     fail("there is code".into(), &said);
                 }
@@ -626,11 +776,16 @@ fn what_is_asked_for_depends_on_the_key() {
             fs::write(folder.join(format!("{key}.npy")), file(&Saved::Numbers(array))).unwrap();
         }
         let shape: &[usize] = if key == "radii" { &[4] } else { &[4, 3] };
-        let ones =
-            Array { code: "|b1", shape: shape.into(), values: vec![1.0; shape.iter().product()], fortran: false };
+        let ones = Array {
+            code: "|b1",
+            shape: shape.into(),
+            values: vec![1.0; shape.iter().product()],
+            fortran: false,
+        };
         fs::write(folder.join(format!("{key}.npy")), file(&Saved::Numbers(ones))).unwrap();
         let said = words(&render(folder));
-        let (asked, other) = ("float32, float64 or integers are needed", "uint8, or other integers from 0 to 255");
+        let (asked, other) =
+            ("float32, float64 or integers are needed", "uint8, or other integers from 0 to 255");
         let (asked, other) = if key == "colors" { (other, asked) } else { (asked, other) };
         assert!(said.contains(asked) && !said.contains(other), "{key}: {said}");
     }
@@ -645,13 +800,17 @@ fn shapes_in_doubt_are_not_guessed() {
     fs::write(folder.join("scene.toml"), "[[spheres]]\ncenters = 'c.npy'\nradius = 1").unwrap();
     let said = |shape: &[usize]| {
         let values: Vec<f64> = (0..shape.iter().product()).map(|k: usize| k as f64).collect();
-        fs::write(folder.join("c.npy"), file(&Saved::Numbers(array("<f8", shape, &values)))).unwrap();
+        fs::write(folder.join("c.npy"), file(&Saved::Numbers(array("<f8", shape, &values))))
+            .unwrap();
         let output = render(folder);
         (output.status.code(), words(&output))
     };
     for shape in [[3, 4], [3, 2], [3, 7], [4, 4], [2, 2]] {
         let (code, said) = said(&shape);
-        assert!(code == Some(2) && said.contains("fix: ") && !said.contains("numpy.save("), "{shape:?}: {said}");
+        assert!(
+            code == Some(2) && said.contains("fix: ") && !said.contains("numpy.save("),
+            "{shape:?}: {said}"
+        );
     }
     assert!(said(&[3, 100]).1.contains("fix: numpy.save(name, array.T)"));
     assert!(said(&[3]).1.contains("fix: numpy.save(name, array.reshape(1, 3))"));
@@ -680,8 +839,19 @@ fn copies_are_told() {
         for columns in [false, true] {
             let saved = if columns { big.of(code).in_columns() } else { big.of(code) };
             fs::write(folder.join("c.npy"), file(&Saved::Numbers(saved))).unwrap();
-            fs::write(folder.join("scene.toml"), "[[spheres]]\ncenters = 'c.npy'\nradius = 1").unwrap();
-            let arguments = ["render", "scene.toml", "--stats", "--size", "8x8", "-o", "o.png", "--device", "cpu"];
+            fs::write(folder.join("scene.toml"), "[[spheres]]\ncenters = 'c.npy'\nradius = 1")
+                .unwrap();
+            let arguments = [
+                "render",
+                "scene.toml",
+                "--stats",
+                "--size",
+                "8x8",
+                "-o",
+                "o.png",
+                "--device",
+                "cpu",
+            ];
             let output = run(folder, &arguments);
             let said = words(&output);
             let stats: serde_json::Value =
@@ -714,15 +884,25 @@ fn memory_that_is_not_there_is_an_error() {
     c.set_len((header.len() + 24 * n) as u64).unwrap();
     fs::write(folder.join("scene.toml"), "[[spheres]]\ncenters = 'c.npy'\nradius = 1").unwrap();
     for limits in ["ulimit -v 5000000", "ulimit -d 1000000", "ulimit -v 2000000"] {
-        let command =
-            format!("{limits} && exec '{}' render scene.toml -o o.png --device cpu", env!("CARGO_BIN_EXE_planisphere"));
+        let command = format!(
+            "{limits} && exec '{}' render scene.toml -o o.png --device cpu",
+            env!("CARGO_BIN_EXE_planisphere")
+        );
         let mut shell = Command::new("sh");
         // Every thread takes some addresses.
-        shell.args(["-c", &command]).current_dir(folder).env("RAYON_NUM_THREADS", "2").stdin(Stdio::null());
-        let output = ended(shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap(), limits);
+        shell
+            .args(["-c", &command])
+            .current_dir(folder)
+            .env("RAYON_NUM_THREADS", "2")
+            .stdin(Stdio::null());
+        let output =
+            ended(shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap(), limits);
         let said = words(&output);
         assert_eq!(output.status.code(), Some(2), "{limits}: {said}");
-        assert!(said.contains("c.npy: ") && said.contains("memory") && said.contains("fix: "), "{limits}: {said}");
+        assert!(
+            said.contains("c.npy: ") && said.contains("memory") && said.contains("fix: "),
+            "{limits}: {said}"
+        );
         assert!(!folder.join("o.png").exists());
     }
 }
@@ -747,9 +927,12 @@ fn what_is_no_file_is_refused_at_once() {
     let _socket = std::os::unix::net::UnixListener::bind(folder.join("socket")).unwrap();
     fs::create_dir(folder.join("folder")).unwrap();
     fs::write(folder.join("empty"), "").unwrap();
-    for (link, to) in
-        [("to-pipe", "pipe"), ("to-nothing", "nothing"), ("to-itself", "to-itself"), ("to-zero", "/dev/zero")]
-    {
+    for (link, to) in [
+        ("to-pipe", "pipe"),
+        ("to-nothing", "nothing"),
+        ("to-itself", "to-itself"),
+        ("to-zero", "/dev/zero"),
+    ] {
         std::os::unix::fs::symlink(to, folder.join(link)).unwrap();
     }
     let things = [
@@ -783,7 +966,11 @@ fn what_is_no_file_is_refused_at_once() {
             assert!(said.to_lowercase().contains(word), "{thing} as {place}: {said}");
             assert!(said.contains("fix: ") && said.contains(thing), "{thing} as {place}: {said}");
             // A pipe as a scene is waited for, a second.
-            assert!(start.elapsed() < Duration::from_secs(20), "{thing} as {place}: {:?}", start.elapsed());
+            assert!(
+                start.elapsed() < Duration::from_secs(20),
+                "{thing} as {place}: {:?}",
+                start.elapsed()
+            );
             tried += 1;
         };
         for key in ["centers", "radii", "colors"] {
@@ -837,7 +1024,12 @@ fn scenes_come_through_pipes() {
     ] {
         let mut shell = Command::new("sh");
         shell
-            .args(["-c", &format!("{script} --device cpu"), env!("CARGO_BIN_EXE_planisphere"), scene])
+            .args([
+                "-c",
+                &format!("{script} --device cpu"),
+                env!("CARGO_BIN_EXE_planisphere"),
+                scene,
+            ])
             .current_dir(folder);
         assert!(shell.status().unwrap().success(), "{script}");
         assert_eq!(fs::read(folder.join("pipe.png")).unwrap(), wanted);
@@ -845,7 +1037,8 @@ fn scenes_come_through_pipes() {
     }
     // Zeros without end are no text.
     let mut endless = planisphere(folder, &["render", "-", "-o", "pipe.png"]);
-    let output = ended(endless.stdin(fs::File::open("/dev/zero").unwrap()).spawn().unwrap(), "zeros");
+    let output =
+        ended(endless.stdin(fs::File::open("/dev/zero").unwrap()).spawn().unwrap(), "zeros");
     assert_eq!(output.status.code(), Some(2));
     assert!(words(&output).contains("a byte of 0"), "{}", words(&output));
     assert!(!folder.join("pipe.png").exists());
@@ -860,8 +1053,8 @@ const MANY: usize = 40_000;
 fn many(seed: u64) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     write_many(folder.path(), "", seed);
-    let scene = "[camera]\norigin = [-2, 0.5, 0.5]\nview = [1, 0, 0]\nwidth = 1.2\n[image]\nwidth = 700\nheight = 700\n[[spheres]]\n\
-                 centers = 'c.npy'\nradii = 'r.npy'\n";
+    let scene = "[camera]\norigin = [-2, 0.5, 0.5]\nview = [1, 0, 0]\nwidth = 1.2\n[image]\nwidth \
+                 = 700\nheight = 700\n[[spheres]]\ncenters = 'c.npy'\nradii = 'r.npy'\n";
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     folder
 }
@@ -871,7 +1064,9 @@ fn write_many(folder: &Path, suffix: &str, seed: u64) {
     let mut unit = move || (random() >> 40) as f64 / f64::from(1 << 24);
     let centers: Vec<f64> = (0..3 * MANY).map(|_| unit()).collect();
     let radii: Vec<f64> = (0..MANY).map(|_| 0.002 + 0.01 * unit()).collect();
-    let save = |name: String, array: Array| fs::write(folder.join(name), file(&Saved::Numbers(array))).unwrap();
+    let save = |name: String, array: Array| {
+        fs::write(folder.join(name), file(&Saved::Numbers(array))).unwrap()
+    };
     save(format!("c.npy{suffix}"), array("<f4", &[MANY, 3], &centers));
     save(format!("r.npy{suffix}"), array("<f8", &[MANY], &radii));
 }
@@ -916,7 +1111,9 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
         ("cut to the header", |path| cut(path, 128)),
         ("cut to a page", |path| cut(path, 4096)),
         ("cut by one byte", |path| cut(path, fs::metadata(path).unwrap().len() - 1)),
-        ("longer", |path| fs::OpenOptions::new().append(true).open(path).unwrap().write_all(b"x").unwrap()),
+        ("longer", |path| {
+            fs::OpenOptions::new().append(true).open(path).unwrap().write_all(b"x").unwrap()
+        }),
         ("NaN", |path| fill(path, &f64::NAN.to_le_bytes())),
         ("other numbers", |path| fill(path, &0.25f32.to_le_bytes())),
         ("written again", |path| {
@@ -934,7 +1131,8 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
         let folder = many(seed);
         if let Some(name) = other {
             write_many(folder.path(), ".new", seed + 100);
-            fs::rename(folder.path().join(format!("{name}.new")), folder.path().join(name)).unwrap();
+            fs::rename(folder.path().join(format!("{name}.new")), folder.path().join(name))
+                .unwrap();
         }
         assert!(render(folder.path()).status.success());
         fs::read(folder.path().join("out.png")).unwrap()
@@ -962,14 +1160,21 @@ fn arrays_that_change_give_words_or_a_whole_picture() {
                         let picture = picture.expect("a picture");
                         // Numbers that were there before the program looked are numbers like
                         // others.
-                        let known =
-                            picture == old || what == "renamed over" && picture == new || what == "other numbers";
+                        let known = picture == old
+                            || what == "renamed over" && picture == new
+                            || what == "other numbers";
                         assert!(known, "{name} {what} after {wait:?}: a mixture");
                         drawn += 1;
                     }
                     Some(2) => {
-                        assert!(said.contains(name) && said.contains("fix: "), "{name} {what}: {said}");
-                        assert!(picture.is_none() && !said.contains("panicked"), "{name} {what}: {said}");
+                        assert!(
+                            said.contains(name) && said.contains("fix: "),
+                            "{name} {what}: {said}"
+                        );
+                        assert!(
+                            picture.is_none() && !said.contains("panicked"),
+                            "{name} {what}: {said}"
+                        );
                         told += usize::from(said.contains("changed while it was in use"));
                     }
                     code => panic!("{name} {what} after {wait:?}: {code:?}\n{said}"),
@@ -1002,7 +1207,10 @@ fn a_drawing_survives_any_numbers() {
         ("the greatest f32", |_| 0x7f7f_ffff_7f7f_ffff),
         ("any bits", |random| random),
         ("any exponent", |random| random & !(1 << 63)),
-        ("some NaN", |random| if random % 8 == 0 { u64::MAX } else { (random % 1000) as f64 as u64 }),
+        (
+            "some NaN",
+            |random| if random % 8 == 0 { u64::MAX } else { (random % 1000) as f64 as u64 },
+        ),
     ];
     let mut random = random(3);
     let (mut told, mut slowest) = (0, Duration::ZERO);
@@ -1014,7 +1222,8 @@ fn a_drawing_survives_any_numbers() {
         let name = if round % 2 == 0 { "c.npy" } else { "r.npy" };
         let path = folder.path().join(name);
         let length = fs::metadata(&path).unwrap().len() as usize - 128;
-        let garbage: Vec<u8> = (0..length / 8).flat_map(|_| number(random()).to_le_bytes()).collect();
+        let garbage: Vec<u8> =
+            (0..length / 8).flat_map(|_| number(random()).to_le_bytes()).collect();
         let arguments = [&["render", "scene.toml", "--device", "cpu"], &size[..]].concat();
         let child = planisphere(folder.path(), &arguments).spawn().unwrap();
         sleep(whole.mul_f64((random() % 100) as f64 / 100.0));
@@ -1030,8 +1239,14 @@ fn a_drawing_survives_any_numbers() {
         match output.status.code() {
             Some(0) => {}
             Some(2) => {
-                assert!(said.contains(name) && said.contains("fix: ") && !said.contains("panicked"), "{what}: {said}");
-                assert!(!folder.path().join("out.png").exists() && !folder.path().join("d.npy").exists());
+                assert!(
+                    said.contains(name) && said.contains("fix: ") && !said.contains("panicked"),
+                    "{what}: {said}"
+                );
+                assert!(
+                    !folder.path().join("out.png").exists()
+                        && !folder.path().join("d.npy").exists()
+                );
                 told += usize::from(said.contains("changed while it was in use"));
             }
             code => panic!("{name} {what}: {code:?}\n{said}"),
@@ -1046,7 +1261,8 @@ fn a_drawing_survives_any_numbers() {
 fn parts_that_change_give_words() {
     let folder = many(5);
     let folder = folder.path();
-    let part = ["render", "scene.toml", "--visibility", "a.npz", "--size", "1500x1500", "--device", "cpu"];
+    let part =
+        ["render", "scene.toml", "--visibility", "a.npz", "--size", "1500x1500", "--device", "cpu"];
     assert!(run(folder, &part).status.success());
     let whole = fs::read(folder.join("a.npz")).unwrap();
     let mut told = 0;
@@ -1065,7 +1281,12 @@ fn parts_that_change_give_words() {
             match output.status.code() {
                 Some(0) => {}
                 Some(2) => {
-                    assert!(said.contains("a.npz") && said.contains("fix: ") && !said.contains("panicked"), "{said}");
+                    assert!(
+                        said.contains("a.npz")
+                            && said.contains("fix: ")
+                            && !said.contains("panicked"),
+                        "{said}"
+                    );
                     assert!(!folder.join("out.png").exists());
                     told += usize::from(said.contains("changed while it was in use"));
                 }

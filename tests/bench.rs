@@ -1,4 +1,5 @@
-//! The benchmarks run, once and small, so that they never rot: their figures are there, and no pixel is wrong.
+//! The benchmarks run, once and small, so that they never rot: their figures are there, and no
+//! pixel is wrong.
 
 use std::{
     path::Path,
@@ -10,7 +11,12 @@ use serde_json::Value;
 fn bench(args: &[&str]) -> Output {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let program = env!("CARGO_BIN_EXE_planisphere");
-    Command::new(program).arg("bench").args(args).current_dir(scenes).output().expect("the program runs")
+    Command::new(program)
+        .arg("bench")
+        .args(args)
+        .current_dir(scenes)
+        .output()
+        .expect("the program runs")
 }
 
 fn json(args: &[&str]) -> Value {
@@ -22,7 +28,9 @@ fn json(args: &[&str]) -> Value {
 /// A number that is there, finite and not negative.
 fn figure(value: &Value, path: &str) -> f64 {
     let number = value.pointer(path).and_then(Value::as_f64);
-    number.filter(|n| n.is_finite() && *n >= 0.0).unwrap_or_else(|| panic!("no figure {path} in {value}"))
+    number
+        .filter(|n| n.is_finite() && *n >= 0.0)
+        .unwrap_or_else(|| panic!("no figure {path} in {value}"))
 }
 
 fn wrong(value: &Value, path: &str) -> f64 {
@@ -31,13 +39,24 @@ fn wrong(value: &Value, path: &str) -> f64 {
 
 #[test]
 fn speed_of_the_small_matrix() {
-    let report = json(&["speed", "--quick", "--json", "--size", "96x96", "--frames", "2", "--runs", "1"]);
+    let report =
+        json(&["speed", "--quick", "--json", "--size", "96x96", "--frames", "2", "--runs", "1"]);
     assert_eq!(report["version"], 1);
     let rows = report["rows"].as_array().expect("rows");
     let devices: Vec<&Value> = rows.iter().filter(|row| !row["cold"].is_null()).collect();
-    assert!(devices.len() >= 30 && devices.len() < rows.len(), "{} of {} rows", devices.len(), rows.len());
+    assert!(
+        devices.len() >= 30 && devices.len() < rows.len(),
+        "{} of {} rows",
+        devices.len(),
+        rows.len()
+    );
     for row in devices {
-        for path in ["/process/time/wall/median", "/cold/wall/median", "/moved/wall/median", "/unchanged/wall/median"] {
+        for path in [
+            "/process/time/wall/median",
+            "/cold/wall/median",
+            "/moved/wall/median",
+            "/unchanged/wall/median",
+        ] {
             assert!(figure(row, path) > 0.0);
         }
         assert_eq!((wrong(row, "/wrong"), wrong(row, "/process/wrong")), (0.0, 0.0), "{row}");
@@ -47,18 +66,23 @@ fn speed_of_the_small_matrix() {
         }
     }
     let goals = report["checks"].as_array().expect("goals");
-    assert!(goals.iter().any(|goal| goal["what"].as_str().is_some_and(|what| what.contains("report"))));
+    assert!(
+        goals.iter().any(|goal| goal["what"].as_str().is_some_and(|what| what.contains("report")))
+    );
 }
 
 #[test]
 fn png_of_two_scenes() {
     let report = json(&["png", "perspective.toml", "first.toml", "--runs", "1", "--json"]);
     let rows = report["rows"].as_array().expect("rows");
-    let of = |picture: &str| rows.iter().filter(|row| row["picture"] == picture).collect::<Vec<_>>();
+    let of =
+        |picture: &str| rows.iter().filter(|row| row["picture"] == picture).collect::<Vec<_>>();
     // Few colours have a palette; many have none, and are brought to fewer.
-    for (picture, palette) in
-        [("perspective.toml", true), ("first.toml", false), ("first.toml, at most 256 colours", true)]
-    {
+    for (picture, palette) in [
+        ("perspective.toml", true),
+        ("first.toml", false),
+        ("first.toml, at most 256 colours", true),
+    ] {
         let rows = of(picture);
         assert_eq!(rows.len(), if palette { 4 } else { 3 }, "{picture}");
         assert_eq!(rows.iter().any(|row| row["way"] == "palette"), palette, "{picture}");
@@ -66,7 +90,10 @@ fn png_of_two_scenes() {
             assert!(figure(row, "/bytes") > 0.0 && figure(row, "/wall/median") > 0.0, "{row}");
             assert!(!palette || figure(row, "/wall_over_palette/median") > 0.0, "{row}");
             // Beside the palette's file the RGB one is not much larger.
-            assert!(!palette || row["way"] != "rgb" || figure(row, "/bytes_over_palette") < 1.5, "{row}");
+            assert!(
+                !palette || row["way"] != "rgb" || figure(row, "/bytes_over_palette") < 1.5,
+                "{row}"
+            );
         }
     }
     assert_eq!(rows.len(), 11);
@@ -76,8 +103,19 @@ fn png_of_two_scenes() {
 
 #[test]
 fn speed_of_one_scene() {
-    let args =
-        ["speed", "--scene", "perspective.toml", "--device", "cpu", "--size", "64x48", "--frames", "1", "--runs", "0"];
+    let args = [
+        "speed",
+        "--scene",
+        "perspective.toml",
+        "--device",
+        "cpu",
+        "--size",
+        "64x48",
+        "--frames",
+        "1",
+        "--runs",
+        "0",
+    ];
     let report = json(&[&args[..], &["--json"]].concat());
     let rows = report["rows"].as_array().expect("rows");
     assert_eq!((rows[0]["image"][0].as_i64(), rows[0]["image"][1].as_i64()), (Some(64), Some(48)));
@@ -90,13 +128,26 @@ fn speed_of_one_scene() {
 fn accuracy_of_few_scenes() {
     let folder = tempfile::tempdir().unwrap();
     let plot = folder.path().join("plot.svg");
-    let args = ["accuracy", "--quick", "--json", "--size", "64x64", "--frames", "1", "--plot", plot.to_str().unwrap()];
+    let args = [
+        "accuracy",
+        "--quick",
+        "--json",
+        "--size",
+        "64x64",
+        "--frames",
+        "1",
+        "--plot",
+        plot.to_str().unwrap(),
+    ];
     let report = json(&args);
     assert_eq!(report["version"], 1);
     let rows = report["rows"].as_array().expect("rows");
     let methods = |device: &str| {
-        let mut methods: Vec<&str> =
-            rows.iter().filter(|row| row["device"] == device).filter_map(|row| row["method"].as_str()).collect();
+        let mut methods: Vec<&str> = rows
+            .iter()
+            .filter(|row| row["device"] == device)
+            .filter_map(|row| row["method"].as_str())
+            .collect();
         methods.sort_unstable();
         methods.dedup();
         methods.len()
@@ -126,10 +177,27 @@ fn accuracy_of_few_scenes() {
 
 #[test]
 fn accuracy_of_one_scene() {
-    let args = ["accuracy", "--scene", "inside.toml", "--device", "cpu", "--size", "48x48", "--frames", "1"];
+    let args = [
+        "accuracy",
+        "--scene",
+        "inside.toml",
+        "--device",
+        "cpu",
+        "--size",
+        "48x48",
+        "--frames",
+        "1",
+    ];
     let table = String::from_utf8(bench(&args).stdout).unwrap();
-    for words in ["inside.toml", "textbook f32", "shifted f32", "f64 alone", "filter alone", "full chain", "all exact"]
-    {
+    for words in [
+        "inside.toml",
+        "textbook f32",
+        "shifted f32",
+        "f64 alone",
+        "filter alone",
+        "full chain",
+        "all exact",
+    ] {
         assert!(table.contains(words), "{words}: {table}");
     }
 }
@@ -138,7 +206,19 @@ fn accuracy_of_one_scene() {
 #[test]
 fn processes_are_timed_in_turn() {
     let table = String::from_utf8(
-        bench(&["time", "--runs", "2", "--names", "first,second", "--", "true", ":::", "sleep", "0.05"]).stdout,
+        bench(&[
+            "time",
+            "--runs",
+            "2",
+            "--names",
+            "first,second",
+            "--",
+            "true",
+            ":::",
+            "sleep",
+            "0.05",
+        ])
+        .stdout,
     )
     .unwrap();
     let line = |name: &str| table.lines().find(|line| line.starts_with(name)).map(str::to_owned);
@@ -146,9 +226,11 @@ fn processes_are_timed_in_turn() {
     assert!(first.contains(" 1.00"), "{first}");
     let wall: f64 = second.split_whitespace().nth(1).unwrap().parse().unwrap();
     assert!(wall >= 50.0, "{second}");
-    for (args, code) in
-        [(&["time", "--", "false"][..], 1), (&["time", "--", "true", ":::"], 2), (&["time", "--", "/none"], 2)]
-    {
+    for (args, code) in [
+        (&["time", "--", "false"][..], 1),
+        (&["time", "--", "true", ":::"], 2),
+        (&["time", "--", "/none"], 2),
+    ] {
         assert_eq!(bench(args).status.code(), Some(code), "{args:?}");
     }
 }
@@ -163,6 +245,11 @@ fn arguments_are_checked() {
         &["accuracy", "--plot", "-"],
     ] {
         let output = bench(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{args:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     }
 }

@@ -1,12 +1,15 @@
-//! Every bound of the f64 filter, measured: the same expressions that the devices run, against 100-bit arithmetic, whose own
-//! error is nothing here (its bounds are measured in src/exact/dd.rs against integers).
+//! Every bound of the f64 filter, measured: the same expressions that the devices run, against
+//! 100-bit arithmetic, whose own error is nothing here (its bounds are measured in src/exact/dd.rs
+//! against integers).
 //!
-//! For each quantity a search looks for the input with the largest error over its bound: climbs from random starts, with
-//! spheres near and far, small and large, on axes that are rational and on such that are not. The largest ratio must be above
-//! 1/8 and at most 1. So a bound that does not hold fails, and so does one that could be eight times smaller: no bound here
-//! can be divided by eight without a test that says so.
+//! For each quantity a search looks for the input with the largest error over its bound: climbs
+//! from random starts, with spheres near and far, small and large, on axes that are rational and on
+//! such that are not. The largest ratio must be above 1/8 and at most 1. So a bound that does not
+//! hold fails, and so does one that could be eight times smaller: no bound here can be divided by
+//! eight without a test that says so.
 //!
-//! `cargo test --release --test bounds -- --nocapture` prints the ratios. Seeds are fixed; a failure prints its input.
+//! `cargo test --release --test bounds -- --nocapture` prints the ratios. Seeds are fixed; a
+//! failure prints its input.
 
 mod measure;
 #[path = "corpus/random.rs"]
@@ -35,7 +38,8 @@ use random::Random;
 const CLIMBS: usize = 6;
 const STEPS: usize = 8000;
 
-/// The largest value of `ratio` that climbs find; fails where it is above 1, or not above [`LEAST`].
+/// The largest value of `ratio` that climbs find; fails where it is above 1, or not above
+/// [`LEAST`].
 fn climb(
     name: &str,
     projection: Projection,
@@ -98,7 +102,8 @@ fn largest(
 
 const BOTH: [Projection; 2] = [Projection::Orthographic, Projection::Perspective];
 
-/// Depth, radius, distance from the ray: radii from 1e-9 to 1e3, depths of up to 10^`farthest` of them, within `apart` of the ray.
+/// Depth, radius, distance from the ray: radii from 1e-9 to 1e3, depths of up to 10^`farthest` of
+/// them, within `apart` of the ray.
 fn wide(apart: f64, farthest: f64) -> impl Fn(&mut Random) -> [f64; 3] {
     move |random| {
         let radius = random.power(-9.0, 3.0);
@@ -106,13 +111,15 @@ fn wide(apart: f64, farthest: f64) -> impl Fn(&mut Random) -> [f64; 3] {
     }
 }
 
-/// Rays in the outermost part of a sphere's disc, whose half chords are 0.002 to 0.1 radii; so far that some hits are not solid.
+/// Rays in the outermost part of a sphere's disc, whose half chords are 0.002 to 0.1 radii; so far
+/// that some hits are not solid.
 fn silhouette(random: &mut Random) -> [f64; 3] {
     let (radius, chord) = (random.power(-9.0, 3.0), random.power(-2.7, -1.0));
     [radius * random.power(-2.0, 12.0), radius, radius * (1.0 - chord * chord).sqrt()]
 }
 
-/// Rays in the outermost part of a sphere's disc, about where hits are solid by the sharpest bounds: their half chords are about 2 sqrt E.
+/// Rays in the outermost part of a sphere's disc, about where hits are solid by the sharpest
+/// bounds: their half chords are about 2 sqrt E.
 fn outermost(random: &mut Random) -> [f64; 3] {
     let (radius, far) = (random.power(-9.0, 3.0), random.power(0.0, 9.0));
     let square = 1e-14 * far * random.power(0.0, 1.0);
@@ -123,7 +130,8 @@ fn projected(stage: &Stage, input: Input) -> Projected {
     stage.projector.project(input.center, input.radius)
 }
 
-/// Of a sphere: those that are used first, and those that make hits solid as near to its silhouette as may be.
+/// Of a sphere: those that are used first, and those that make hits solid as near to its silhouette
+/// as may be.
 fn margins(stage: &Stage, s: &Projected) -> [Margins; 2] {
     let screen = stage.projector.screen;
     match stage.perspective {
@@ -135,7 +143,8 @@ fn margins(stage: &Stage, s: &Projected) -> [Margins; 2] {
 /// The margins, `q` and `b`.
 fn meet(stage: &Stage, input: Input) -> ([Margins; 2], f64, f64) {
     let s = projected(stage, input);
-    let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+    let (sx, sy) =
+        (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
     let (q, b) = match stage.perspective {
         true => Row::new::<true>(&s, sy).meet::<f64, true>(sx),
         false => Row::new::<false>(&s, sy).meet::<f64, false>(sx),
@@ -167,7 +176,8 @@ fn nearest_and_farthest() {
     });
 }
 
-/// `E`, as long as the ray passes within 1.02 radii; and farther out `q < -E` for certain. What is too far away for that is vague.
+/// `E`, as long as the ray passes within 1.02 radii; and farther out `q < -E` for certain. What is
+/// too far away for that is vague.
 #[test]
 fn doubt() {
     for projection in BOTH {
@@ -185,7 +195,8 @@ fn doubt() {
     }
 }
 
-/// `E` where squares underflow: the same numbers 2^540 times smaller, whose exact `q` is 2^1080 times smaller.
+/// `E` where squares underflow: the same numbers 2^540 times smaller, whose exact `q` is 2^1080
+/// times smaller.
 #[test]
 fn underflow() {
     let mut random = Random::new(16);
@@ -196,12 +207,19 @@ fn underflow() {
             let start = silhouette(&mut random);
             let input = stage.near_ray(&mut random, start);
             let (s, e) = (projected(&stage, input), stage.exact(input));
-            let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+            let (sx, sy) = (
+                stage.projector.columns[input.column as usize],
+                stage.projector.rows[input.row as usize],
+            );
             let tiny = Projected { x: s.x * small, y: s.y * small, z: s.z * small, r: s.r * small };
             let m = Margins::new::<false>(&tiny, stage.projector.screen);
             let (q, _) = Row::new::<false>(&tiny, sy * small).meet::<f64, false>(sx * small);
             let off = error(q * large * large, e.q).abs();
-            assert!(off <= m.doubt * large * large, "{off:e} against {:e} at {input:?} (seed 16)", m.doubt);
+            assert!(
+                off <= m.doubt * large * large,
+                "{off:e} against {:e} at {input:?} (seed 16)",
+                m.doubt
+            );
             let (plain, _) = Row::new::<false>(&s, sy).meet::<f64, false>(sx);
             lost += usize::from(off > 2.0 * error(plain, e.q).abs());
         }
@@ -213,7 +231,9 @@ fn underflow() {
 #[test]
 fn width() {
     for projection in BOTH {
-        let rays = |random: &mut Random| if random.unit() < 0.5 { silhouette(random) } else { outermost(random) };
+        let rays = |random: &mut Random| {
+            if random.unit() < 0.5 { silhouette(random) } else { outermost(random) }
+        };
         climb("width", projection, 5, rays, |stage, input, e| {
             let (margins, q, b) = meet(stage, input);
             let ratio = |m: Margins| {
@@ -221,7 +241,8 @@ fn width() {
                 let (root, y) = (q.sqrt(), [e.b - e.q.sqrt(), e.b + e.q.sqrt()]);
                 let ends = [(b - root, y[0]), (b + root, y[1])].map(|(depth, y)| {
                     // Each end of the interval, as it is rounded.
-                    (error(depth - m.width, y) / m.width + 1.0).max(1.0 - error(depth + m.width, y) / m.width)
+                    (error(depth - m.width, y) / m.width + 1.0)
+                        .max(1.0 - error(depth + m.width, y) / m.width)
                 });
                 ends[0].max(ends[1])
             };
@@ -256,28 +277,43 @@ fn pairs() {
     for projection in BOTH {
         for (k, wall) in [Root::Near, Root::Far].into_iter().enumerate() {
             // As for `W`: where hits begin to be solid, roots are least certain.
-            let rays = |random: &mut Random| if random.unit() < 0.5 { silhouette(random) } else { outermost(random) };
+            let rays = |random: &mut Random| {
+                if random.unit() < 0.5 { silhouette(random) } else { outermost(random) }
+            };
             climb("pairs", projection, 18 + k as u64, rays, |stage, input, e| {
                 // The other differs in a way that depends on the input alone.
                 let Input { center, radius, column, row } = input;
                 let mut random = Random::new(center.x.to_bits() ^ radius.to_bits());
                 let by = radius * random.power(-10.0, -1.2);
-                let along =
-                    if random.unit() < 0.9 { stage.view.ray(column, row).direction.normalize() } else { random.ball() };
+                let along = if random.unit() < 0.9 {
+                    stage.view.ray(column, row).direction.normalize()
+                } else {
+                    random.ball()
+                };
                 let rho = if random.unit() < 0.5 { 0.0 } else { by * random.between(-1.0, 1.0) };
                 let other = Input { center: center + by * along, radius: radius + rho, ..input };
-                let balls = [input, other].map(|input| Ball { center: input.center, radius: input.radius });
+                let balls =
+                    [input, other].map(|input| Ball { center: input.center, radius: input.radius });
                 let pair = match projection {
-                    Projection::Orthographic => Pair::new::<false>(balls[0], balls[1], &stage.projector),
-                    Projection::Perspective => Pair::new::<true>(balls[0], balls[1], &stage.projector),
+                    Projection::Orthographic => {
+                        Pair::new::<false>(balls[0], balls[1], &stage.projector)
+                    }
+                    Projection::Perspective => {
+                        Pair::new::<true>(balls[0], balls[1], &stage.projector)
+                    }
                 }?;
-                let at = [stage.projector.columns[column as usize], stage.projector.rows[row as usize]];
-                let [difference, bound] = tile::dispatch(projection, Apart { pair: &pair, wall, at })?;
+                let at =
+                    [stage.projector.columns[column as usize], stage.projector.rows[row as usize]];
+                let [difference, bound] =
+                    tile::dispatch(projection, Apart { pair: &pair, wall, at })?;
                 let o = stage.exact(other);
                 let (root, other_root) = (e.q.sqrt(), o.q.sqrt());
-                // The difference of the middles by that of the centres: of the middles themselves 100 bits tell less.
+                // The difference of the middles by that of the centres: of the middles themselves
+                // 100 bits tell less.
                 let delta = [0, 1, 2].map(|k| Bounded::difference(center[k], other.center[k]));
-                let [x, y, z] = stage.axes.map(|axis| delta[0] * axis[0] + delta[1] * axis[1] + delta[2] * axis[2]);
+                let [x, y, z] = stage
+                    .axes
+                    .map(|axis| delta[0] * axis[0] + delta[1] * axis[1] + delta[2] * axis[2]);
                 let along = if stage.perspective { x * e.sx + y * e.sy + z } else { z };
                 let apart = match wall {
                     Root::Near => along - (root - other_root),
@@ -333,7 +369,8 @@ impl tile::Work for Front<'_> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) -> f64 {
         let Projected { x, y, z, r } = self.sphere;
         let mut fronts = [0.0; LANES];
-        Tile::front::<L, PERSPECTIVE>(&self.place, [x, y, z, r].map(L::splat), 0, self.at).store(&mut fronts);
+        Tile::front::<L, PERSPECTIVE>(&self.place, [x, y, z, r].map(L::splat), 0, self.at)
+            .store(&mut fronts);
         assert!(fronts.iter().all(|front| front.to_bits() == fronts[0].to_bits()), "{fronts:?}");
         fronts[0]
     }
@@ -355,7 +392,8 @@ fn fronts() {
             move |stage: &Stage, input: Input, e: &Exact| {
                 // Bounds that spheres share are those of the farthest.
                 let Input { center, radius, column, row } = input;
-                let scene = Scene::from_spheres(&[Sphere { center, radius, color: [0; 3] }]).ok()?;
+                let scene =
+                    Scene::from_spheres(&[Sphere { center, radius, color: [0; 3] }]).ok()?;
                 let truth = Truth::new(&stage.view, scene.bounds());
                 let projector = Projector::new(&truth, Region::whole(stage.view.image));
                 let sphere = projector.project(center, radius);
@@ -366,16 +404,20 @@ fn fronts() {
                 let [column, row] = [column, row].map(|at| at as usize);
                 let corner = [column, row].map(|at| at / LANES * LANES);
                 let place = Place::new(&scene, &truth, &projector, corner);
-                let front =
-                    tile::dispatch(projection, Front { place, sphere, at: [column - corner[0], row - corner[1]] });
+                let front = tile::dispatch(
+                    projection,
+                    Front { place, sphere, at: [column - corner[0], row - corner[1]] },
+                );
                 assert!(front < f64::INFINITY, "a hit is said to be missed: {input:?}");
                 let near = e.b - e.q.sqrt();
-                // By so much a hit may begin before its sphere's front as it is computed: `W`, and near the silhouette the rim.
+                // By so much a hit may begin before its sphere's front as it is computed: `W`, and
+                // near the silhouette the rim.
                 let bound = if solid { margins.width } else { margins.rim };
                 (solid == (e.q.value() > margins.solid)).then(|| 1.0 + error(front, near) / bound)
             }
         };
-        // The bounds that spheres share are of the farthest anywhere on the screen, and not as sharp as their own.
+        // The bounds that spheres share are of the farthest anywhere on the screen, and not as
+        // sharp as their own.
         let worst = largest("fronts", projection, 18, rays, ratio(true));
         assert!(
             worst > LEAST / 2.0,
@@ -389,7 +431,10 @@ fn fronts() {
 #[test]
 fn depths_of_the_screen() {
     climb("a plane's depth", Projection::Perspective, 8, wide(1.0, 10.0), |stage, input, e| {
-        let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+        let (sx, sy) = (
+            stage.projector.columns[input.column as usize],
+            stage.projector.rows[input.row as usize],
+        );
         let plane = input.radius;
         let y = plane * length(sx, sy);
         let low = -error(y * (1.0 - PLANE), exact(plane) * e.a);
@@ -397,7 +442,10 @@ fn depths_of_the_screen() {
         Some(1.0 - low.min(high) / (y * PLANE))
     });
     climb("y back to t", Projection::Perspective, 9, wide(1.0, 10.0), |stage, input, e| {
-        let (sx, sy) = (stage.projector.columns[input.column as usize], stage.projector.rows[input.row as usize]);
+        let (sx, sy) = (
+            stage.projector.columns[input.column as usize],
+            stage.projector.rows[input.row as usize],
+        );
         let y = input.radius;
         // As in `Tile::freshen`.
         let depth = y / length(sx, sy);
@@ -430,7 +478,10 @@ fn tangents() {
             1.0 - (exact(high) * square - (bx * bz + across)).value() / size,
         ];
         for (worst, ratio) in worst.iter_mut().zip(ratios) {
-            assert!(ratio <= 1.0, "tangent of {x:e} {z:e} {r:e}: {ratio} times the bound (seed 10)");
+            assert!(
+                ratio <= 1.0,
+                "tangent of {x:e} {z:e} {r:e}: {ratio} times the bound (seed 10)"
+            );
             *worst = worst.max(ratio);
         }
     }
@@ -450,7 +501,8 @@ fn footprints() {
         let View { pitch_x, pitch_y, image, .. } = stage.view;
         // From pixels to lengths.
         let screen = |at: f64, count: u32, length: f64, divisor: u32| {
-            (exact(at) - exact(0.5 * (f64::from(count) - 1.0))) * Bounded::ratio(1.0, length, divisor.into())
+            (exact(at) - exact(0.5 * (f64::from(count) - 1.0)))
+                * Bounded::ratio(1.0, length, divisor.into())
         };
         let column = |at: f64| screen(at, image.width, pitch_x.length, pitch_x.divisor);
         let row = |at: f64| -screen(at, image.height, pitch_y.length, pitch_y.divisor);
@@ -484,7 +536,8 @@ fn footprints() {
                 let length = (exact(1.0) + slope.square()).sqrt();
                 let outside = exact(sign) * (slope * e.z - middle) - e.r * length;
                 // The widening of the sphere, and that in pixels at the depth of the middle.
-                let widening = length.value() * REACH * projected(stage, input).bound() + MARGIN * pitch * e.z.value();
+                let widening = length.value() * REACH * projected(stage, input).bound()
+                    + MARGIN * pitch * e.z.value();
                 let ratio = 1.0 - outside.value() / widening;
                 worst = Some(ratio.max(worst.unwrap_or(0.0)));
             }
@@ -505,7 +558,10 @@ fn footprints() {
             for ((side, sign, middle, at), widening) in &sides(&stage, input, &e)[..2] {
                 let outside = exact(*sign) * (*side - (*middle + exact(*sign) * e.r));
                 let ratio = 1.0 - outside.value() / widening;
-                assert!(ratio <= 1.0, "footprint in a large picture: {ratio} at {at}, {input:?} (seed 13)");
+                assert!(
+                    ratio <= 1.0,
+                    "footprint in a large picture: {ratio} at {at}, {input:?} (seed 13)"
+                );
                 worst = worst.max(ratio);
             }
         }
@@ -520,7 +576,9 @@ fn misses() {
     let mut random = Random::new(14);
     let mut worst = 0.0f64;
     for stage in stages(&mut random, Projection::Orthographic) {
-        let scene = Scene::from_spheres(&[Sphere { center: DVec3::ONE, radius: 1.0, color: [0; 3] }]).expect("a scene");
+        let scene =
+            Scene::from_spheres(&[Sphere { center: DVec3::ONE, radius: 1.0, color: [0; 3] }])
+                .expect("a scene");
         let binner = Binner::new(&scene, &stage.truth, Region::whole(stage.view.image), 4);
         for _ in 0..4000 {
             let radius = random.power(-9.0, 1.0);
@@ -546,8 +604,11 @@ fn misses() {
             let apart = |k: usize, first: u32, count: u32| {
                 let last = (first * 16 + 15).min(count - 1);
                 [first * 16, last].map(|at| {
-                    let e =
-                        stage.exact(if k == 0 { Input { column: at, ..input } } else { Input { row: at, ..input } });
+                    let e = stage.exact(if k == 0 {
+                        Input { column: at, ..input }
+                    } else {
+                        Input { row: at, ..input }
+                    });
                     if k == 0 { e.sx - e.x } else { e.sy - e.y }
                 })
             };
@@ -565,7 +626,10 @@ fn misses() {
             let distance = (dx.square() + dy.square()).sqrt();
             let room = APART * projected(&stage, input).bound();
             let ratio = 1.0 - (distance - exact(input.radius)).value() / room;
-            assert!(ratio <= 1.0, "tile {column} {row}: {ratio} times the bound (seed 14) at {input:?}");
+            assert!(
+                ratio <= 1.0,
+                "tile {column} {row}: {ratio} times the bound (seed 14) at {input:?}"
+            );
             worst = worst.max(ratio);
         }
     }
@@ -588,7 +652,10 @@ fn slabs() {
             })
             .collect();
         let scene = Scene::from_spheres(&spheres).expect("a scene");
-        let view = View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), ImageSize { width: 64, height: 64 });
+        let view = View::new(
+            Camera::orthographic(DVec3::ZERO, DVec3::X),
+            ImageSize { width: 64, height: 64 },
+        );
         let truth = Truth::new(&view, scene.bounds());
         let grid = Binner::new(&scene, &truth, Region::whole(view.image), 5).grid;
         assert!(grid.slabs > 8);
@@ -601,7 +668,10 @@ fn slabs() {
             }
             let least = f64::from_bits(high);
             let start = grid.slab_start(slab);
-            assert!(start <= least, "slab {slab} of {grid:?} starts at {start:e}, after {least:e} (seed 15)");
+            assert!(
+                start <= least,
+                "slab {slab} of {grid:?} starts at {start:e}, after {least:e} (seed 15)"
+            );
             // As in `slab_start`.
             let margin = EDGE * (start - grid.start + start);
             worst = worst.max(1.0 - (least - start) / margin);

@@ -12,7 +12,8 @@ use tempfile::TempDir;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 
-/// Two spheres that overlap in a picture small enough to look at every pixel; none is tangent to a sample's ray.
+/// Two spheres that overlap in a picture small enough to look at every pixel; none is tangent to a
+/// sample's ray.
 const SCENE: &str = "
 [camera]
 view = [1, 0, 0]
@@ -65,8 +66,10 @@ fn folder_with(scene: &str) -> TempDir {
 }
 
 fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
     names.sort();
     names
 }
@@ -81,7 +84,10 @@ fn npy<T>(path: &Path, descr: &str, shape: &str, read: fn([u8; 4]) -> T) -> Vec<
     assert!(bytes.starts_with(b"\x93NUMPY\x01\x00"));
     let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
     let header = std::str::from_utf8(&bytes[10..start]).unwrap();
-    assert_eq!(header.trim_end(), format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"));
+    assert_eq!(
+        header.trim_end(),
+        format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}")
+    );
     assert_eq!(start % 64, 0);
     bytes[start..].as_chunks::<4>().0.iter().map(|&b| read(b)).collect()
 }
@@ -89,7 +95,8 @@ fn npy<T>(path: &Path, descr: &str, shape: &str, read: fn([u8; 4]) -> T) -> Vec<
 #[test]
 fn the_picture_the_ids_and_the_depths_agree() {
     let folder = folder_with(SCENE);
-    let output = succeed(folder.path(), &["render", "scene.toml", "--ids", "i.npy", "--depth", "d.npy"]);
+    let output =
+        succeed(folder.path(), &["render", "scene.toml", "--ids", "i.npy", "--depth", "d.npy"]);
     assert!(output.stdout.is_empty());
     assert_eq!(names(folder.path()), ["d.npy", "i.npy", "scene.png", "scene.toml"]);
     let picture = rgb(&fs::read(folder.path().join("scene.png")).unwrap());
@@ -114,8 +121,15 @@ fn the_picture_the_ids_and_the_depths_agree() {
         };
         let (red, green) = (hit(5.0, 1.0, 0.0, 2.0), hit(4.0, -1.0, 0.5, 1.45));
         let nearest = red.min(green);
-        assert_eq!(id, if nearest == f64::INFINITY { -1 } else { i32::from(green < red) }, "pixel {k}");
-        assert!((f64::from(depth) - nearest).abs() < 1e-5 || f64::from(depth) == nearest, "pixel {k}: {depth}");
+        assert_eq!(
+            id,
+            if nearest == f64::INFINITY { -1 } else { i32::from(green < red) },
+            "pixel {k}"
+        );
+        assert!(
+            (f64::from(depth) - nearest).abs() < 1e-5 || f64::from(depth) == nearest,
+            "pixel {k}: {depth}"
+        );
     }
 }
 
@@ -153,12 +167,18 @@ fn pictures_go_where_they_are_told() {
 #[test]
 fn statistics_are_one_json_object() {
     let folder = folder_with(SCENE);
-    let output = succeed(folder.path(), &["render", "scene.toml", "-o", "none", "--stats", "--device", "cpu"]);
+    let output = succeed(
+        folder.path(),
+        &["render", "scene.toml", "-o", "none", "--stats", "--device", "cpu"],
+    );
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(text.lines().count(), 1);
     let stats: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(stats["version"], 1);
-    assert_eq!((&stats["counts"]["spheres"], &stats["counts"]["pixels"]), (&2.into(), &1200.into()));
+    assert_eq!(
+        (&stats["counts"]["spheres"], &stats["counts"]["pixels"]),
+        (&2.into(), &1200.into())
+    );
     assert!(stats["device"].as_str().unwrap().contains("cpu"));
     let times = &stats["milliseconds"];
     for step in ["load", "prepare", "render", "read_back", "decide", "encode", "write", "total"] {
@@ -167,7 +187,12 @@ fn statistics_are_one_json_object() {
     assert!(times["total"].as_f64() >= times["load"].as_f64());
     assert_eq!(names(folder.path()), ["scene.toml"]);
     for args in [&["-o", "-"][..], &["--ids", "-"], &["--depth", "-"]] {
-        fail(folder.path(), &[&["render", "scene.toml", "--stats"], args].concat(), 2, &["standard output"]);
+        fail(
+            folder.path(),
+            &[&["render", "scene.toml", "--stats"], args].concat(),
+            2,
+            &["standard output"],
+        );
     }
 }
 
@@ -179,9 +204,24 @@ fn a_region_is_a_part_of_the_whole() {
     let part = rgb(&succeed(folder.path(), &args).stdout);
     assert_eq!((part.width(), part.height()), (20, 7));
     assert!(part.enumerate_pixels().all(|(x, y, pixel)| pixel == whole.get_pixel(x + 13, y + 9)));
-    fail(folder.path(), &["render", "scene.toml", "--region", "30,0,11,5"], 2, &["beyond the image of 40 x 30"]);
-    fail(folder.path(), &["render", "scene.toml", "--region", "4294967295,0,2,5"], 2, &["beyond the image"]);
-    fail(folder.path(), &["render", "scene.toml", "--region", "1,2,3"], 2, &["column,row,width,height"]);
+    fail(
+        folder.path(),
+        &["render", "scene.toml", "--region", "30,0,11,5"],
+        2,
+        &["beyond the image of 40 x 30"],
+    );
+    fail(
+        folder.path(),
+        &["render", "scene.toml", "--region", "4294967295,0,2,5"],
+        2,
+        &["beyond the image"],
+    );
+    fail(
+        folder.path(),
+        &["render", "scene.toml", "--region", "1,2,3"],
+        2,
+        &["column,row,width,height"],
+    );
 }
 
 #[test]
@@ -189,20 +229,36 @@ fn the_size_changes_the_pixels_not_the_view() {
     let folder = folder_with(SCENE);
     // Three times as many pixels each way: every third one has the same sample.
     let small = rgb(&succeed(folder.path(), &["render", "scene.toml", "-o", "-"]).stdout);
-    let large = rgb(&succeed(folder.path(), &["render", "scene.toml", "-o", "-", "--size", "120x90"]).stdout);
+    let large =
+        rgb(&succeed(folder.path(), &["render", "scene.toml", "-o", "-", "--size", "120x90"])
+            .stdout);
     assert_eq!((large.width(), large.height()), (120, 90));
-    assert!(small.enumerate_pixels().all(|(x, y, pixel)| pixel == large.get_pixel(3 * x + 1, 3 * y + 1)));
+    assert!(
+        small
+            .enumerate_pixels()
+            .all(|(x, y, pixel)| pixel == large.get_pixel(3 * x + 1, 3 * y + 1))
+    );
     fail(folder.path(), &["render", "scene.toml", "--size", "0x4"], 2, &["1920x1080"]);
     fail(folder.path(), &["render", "scene.toml", "--size", "40000x4"], 2, &["32768"]);
     // Without a camera the whole scene is framed at every aspect.
-    fs::write(folder.path().join("free.toml"), SCENE.split("[image]").nth(1).map(|s| format!("[image]{s}")).unwrap())
-        .unwrap();
+    fs::write(
+        folder.path().join("free.toml"),
+        SCENE.split("[image]").nth(1).map(|s| format!("[image]{s}")).unwrap(),
+    )
+    .unwrap();
     for size in ["30x60", "60x30"] {
-        let picture = rgb(&succeed(folder.path(), &["render", "free.toml", "-o", "-", "--size", size]).stdout);
+        let picture = rgb(&succeed(
+            folder.path(),
+            &["render", "free.toml", "-o", "-", "--size", size],
+        )
+        .stdout);
         let background = image::Rgb([0x10, 0x20, 0x30]);
         let (w, h) = picture.dimensions();
         let border = |x, y| x == 0 || y == 0 || x + 1 == w || y + 1 == h;
-        assert!(picture.enumerate_pixels().all(|(x, y, p)| !border(x, y) || *p == background), "{size}");
+        assert!(
+            picture.enumerate_pixels().all(|(x, y, p)| !border(x, y) || *p == background),
+            "{size}"
+        );
         assert!(picture.pixels().any(|p| *p != background));
     }
 }
@@ -211,12 +267,22 @@ fn the_size_changes_the_pixels_not_the_view() {
 fn what_cannot_be_written_is_exit_4() {
     let folder = folder_with(SCENE);
     for option in ["-o", "--ids", "--depth"] {
-        fail(folder.path(), &["render", "scene.toml", option, "no/where/x"], 4, &["no folder no/where"]);
+        fail(
+            folder.path(),
+            &["render", "scene.toml", option, "no/where/x"],
+            4,
+            &["no folder no/where"],
+        );
         fail(folder.path(), &["render", "scene.toml", option, "."], 4, &["folder"]);
     }
     // Neither is any other output there then.
     assert_eq!(names(folder.path()), ["scene.toml"]);
-    fail(folder.path(), &["render", "scene.toml", "--ids", "x", "--depth", "x"], 2, &["both write x"]);
+    fail(
+        folder.path(),
+        &["render", "scene.toml", "--ids", "x", "--depth", "x"],
+        2,
+        &["both write x"],
+    );
     fail(folder.path(), &["render", "scene.toml", "-o", "none"], 2, &["nothing to do"]);
     fail(folder.path(), &["render", "scene.toml", "--sise", "4x4"], 2, &["--size"]);
     if Path::new("/dev/full").exists() {
@@ -255,7 +321,11 @@ fn a_killed_run_leaves_no_half_file() {
         }
         delay = delay * 3 / 2;
     }
-    assert!(names(folder.path()).iter().all(|name| name.ends_with(".tmp")), "{:?}", names(folder.path()));
+    assert!(
+        names(folder.path()).iter().all(|name| name.ends_with(".tmp")),
+        "{:?}",
+        names(folder.path())
+    );
 }
 
 #[test]
@@ -269,8 +339,12 @@ fn a_closed_pipe_is_success() {
         &["completions", "zsh"],
         &["render", "--help"],
     ] {
-        let mut child =
-            program(folder.path()).args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = program(folder.path())
+            .args(args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
         let mut pipe = child.stdout.take().unwrap();
         if args.contains(&"-") {
             pipe.read_exact(&mut [0; 8]).unwrap();
@@ -278,7 +352,11 @@ fn a_closed_pipe_is_success() {
         drop(pipe);
         let output = child.wait_with_output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && message.is_empty(), "{args:?}: {:?} {message}", output.status);
+        assert!(
+            output.status.success() && message.is_empty(),
+            "{args:?}: {:?} {message}",
+            output.status
+        );
     }
 }
 
@@ -307,7 +385,10 @@ fn auto_says_what_it_took() {
     let auto = succeed(folder.path(), &["render", "scene.toml", "-o", "none", "--stats"]);
     let message = String::from_utf8(auto.stderr).unwrap();
     assert!(message.starts_with("device: ") && message.contains("hardware GPU"), "{message}");
-    let chosen = succeed(folder.path(), &["render", "scene.toml", "-o", "none", "--stats", "--device", "cpu"]);
+    let chosen = succeed(
+        folder.path(),
+        &["render", "scene.toml", "-o", "none", "--stats", "--device", "cpu"],
+    );
     assert!(chosen.stderr.is_empty());
 }
 
@@ -324,7 +405,9 @@ fn made_scenes_are_the_same_bytes_and_draw() {
         }
         assert_eq!(read("b", "centers.npy") == read("c", "centers.npy"), kind == "lattice");
         assert_eq!(read("b", "centers.npy").len(), 128 + 36_000);
-        let stats = succeed(folder.path(), &["render", "b/scene.toml", "--stats", "--size", "200x200"]).stdout;
+        let stats =
+            succeed(folder.path(), &["render", "b/scene.toml", "--stats", "--size", "200x200"])
+                .stdout;
         let stats: serde_json::Value = serde_json::from_slice(&stats).unwrap();
         assert_eq!(stats["counts"]["spheres"], 3000);
     }
@@ -348,11 +431,15 @@ fn the_committed_cloud_says_how_to_make_its_arrays() {
 #[test]
 fn every_committed_scene_draws() {
     let folder = tempfile::tempdir().unwrap();
-    let report = ["camera-origin", "camera-moved", "camera-turned", "occlusion"].map(|name| format!("report/{name}"));
+    let report = ["camera-origin", "camera-moved", "camera-turned", "occlusion"]
+        .map(|name| format!("report/{name}"));
     for name in report.iter().map(String::as_str).chain(["first", "perspective", "inside", "cut"]) {
         let path = format!("{SCENES}/{name}.toml");
         let text = fs::read_to_string(&path).unwrap();
-        assert!(text.starts_with("# ") && text.len() < 200_000, "{name} says what it shows, and is small");
+        assert!(
+            text.starts_with("# ") && text.len() < 200_000,
+            "{name} says what it shows, and is small"
+        );
         let picture = rgb(&succeed(folder.path(), &["render", &path, "-o", "-"]).stdout);
         let colors: std::collections::HashSet<_> = picture.pixels().map(|p| p.0).collect();
         assert!(colors.len() >= 3, "{name} shows {} colours", colors.len());
@@ -363,7 +450,8 @@ fn every_committed_scene_draws() {
 fn explain_says_what_would_run_and_draws_nothing() {
     let folder = folder_with(SCENE);
     let explain = |args: &[&str]| {
-        let output = succeed(folder.path(), &[&["render", "scene.toml", "--explain"], args].concat());
+        let output =
+            succeed(folder.path(), &[&["render", "scene.toml", "--explain"], args].concat());
         String::from_utf8(output.stdout).unwrap()
     };
     let text = explain(&["--device", "cpu"]);
@@ -378,7 +466,10 @@ fn explain_says_what_would_run_and_draws_nothing() {
     }
     assert!(explain(&["--palette"]).contains("a palette, if at most 256"));
     assert!(explain(&["--device", "gpu", "--ids", "i.npy"]).contains("one buffer"));
-    assert!(explain(&["--region", "1,2,30,20", "-o", "none", "--ids", "i.npy"]).contains("30 x 20 from 1,2"));
+    assert!(
+        explain(&["--region", "1,2,30,20", "-o", "none", "--ids", "i.npy"])
+            .contains("30 x 20 from 1,2")
+    );
     assert!(explain(&[]).contains("--device chooses another"));
     assert_eq!(names(folder.path()), ["scene.toml"]);
 }
@@ -388,30 +479,54 @@ fn stats_count_what_was_skipped() {
     let folder = tempfile::tempdir().unwrap();
     // Off the screen, behind, beyond far; one behind another in one tile; nothing in most tiles.
     let ball = |x: f64, y: f64| format!("[[sphere]]\ncenter = [{x:?}, {y:?}, 0.0]\nradius = 0.4\n");
-    let spheres = [(5.0, 0.5), (7.0, 0.5), (5.0, 90.0), (-5.0, 0.5), (500.0, 0.5)].map(|(x, y)| ball(x, y)).concat();
-    let scene =
-        format!("[camera]\nview = [1, 0, 0]\nwidth = 10\nfar = 100\n[image]\nwidth = 320\nheight = 320\n{spheres}");
+    let spheres = [(5.0, 0.5), (7.0, 0.5), (5.0, 90.0), (-5.0, 0.5), (500.0, 0.5)]
+        .map(|(x, y)| ball(x, y))
+        .concat();
+    let scene = format!(
+        "[camera]\nview = [1, 0, 0]\nwidth = 10\nfar = 100\n[image]\nwidth = 320\nheight = 320\n\
+         {spheres}"
+    );
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     // The native device's tiles are smaller where there are many threads.
     for (device, tiles) in [("cpu", &[25, 100][..]), ("gpu", &[1600])] {
         let args = ["render", "scene.toml", "-o", "none", "--stats", "--device", device];
-        let stats: serde_json::Value = serde_json::from_slice(&succeed(folder.path(), &args).stdout).unwrap();
+        let stats: serde_json::Value =
+            serde_json::from_slice(&succeed(folder.path(), &args).stdout).unwrap();
         let counts = &stats["counts"];
         assert_eq!((&counts["outside"], &counts["hidden"]), (&3.into(), &0.into()), "{counts}");
-        let [all, empty, entries] = ["tiles", "empty", "entries"].map(|name| counts[name].as_u64().unwrap());
+        let [all, empty, entries] =
+            ["tiles", "empty", "entries"].map(|name| counts[name].as_u64().unwrap());
         assert!(tiles.contains(&all), "{counts}");
         let tiles = all;
-        assert!(empty > tiles * 8 / 10 && empty < tiles && entries >= 2 * (tiles - empty), "{counts}");
+        assert!(
+            empty > tiles * 8 / 10 && empty < tiles && entries >= 2 * (tiles - empty),
+            "{counts}"
+        );
     }
     // Enough spheres, and a wall before them: most are never looked at closely.
     succeed(folder.path(), &["make", "cloud", "cloud", "--count", "2e5"]);
-    let file = "[camera]\norigin = [3, 3, 3]\nview = [-1, -1, -1]\nwidth = 0.8\n[image]\nwidth = 256\nheight = 256\n\
-        [[sphere]]\ncenter = [2, 2, 2]\nradius = 0.75\n\
-        [[spheres]]\ncenters = 'cloud/centers.npy'\nradii = 'cloud/radii.npy'\n";
+    let file = "[camera]\n\
+                origin = [3, 3, 3]\n\
+                view = [-1, -1, -1]\n\
+                width = 0.8\n\
+                [image]\n\
+                width = 256\n\
+                height = 256\n\
+                [[sphere]]\n\
+                center = [2, 2, 2]\n\
+                radius = 0.75\n\
+                [[spheres]]\n\
+                centers = 'cloud/centers.npy'\n\
+                radii = 'cloud/radii.npy'\n";
     fs::write(folder.path().join("wall.toml"), file).unwrap();
     let args = ["render", "wall.toml", "-o", "none", "--stats", "--device", "cpu"];
-    let stats: serde_json::Value = serde_json::from_slice(&succeed(folder.path(), &args).stdout).unwrap();
+    let stats: serde_json::Value =
+        serde_json::from_slice(&succeed(folder.path(), &args).stdout).unwrap();
     let counts = &stats["counts"];
-    let (outside, hidden) = (counts["outside"].as_u64().unwrap(), counts["hidden"].as_u64().unwrap());
-    assert!(outside > 10_000 && outside < 200_000 && hidden > 10_000 && outside + hidden <= 200_001, "{counts}");
+    let (outside, hidden) =
+        (counts["outside"].as_u64().unwrap(), counts["hidden"].as_u64().unwrap());
+    assert!(
+        outside > 10_000 && outside < 200_000 && hidden > 10_000 && outside + hidden <= 200_001,
+        "{counts}"
+    );
 }

@@ -1,7 +1,9 @@
-//! Which device is taken and what is said about the others, as a person meets it: drivers that are not there, that do not
-//! load, names that nobody has. The choice among all kinds of adapters is tested where it is made (`src/gpu/adapters.rs`).
+//! Which device is taken and what is said about the others, as a person meets it: drivers that are
+//! not there, that do not load, names that nobody has. The choice among all kinds of adapters is
+//! tested where it is made (`src/gpu/adapters.rs`).
 //!
-//! A driver that crashes while it is asked for its adapters takes the process with it: that is not tried here.
+//! A driver that crashes while it is asked for its adapters takes the process with it: that is not
+//! tried here.
 
 use std::{
     fs,
@@ -12,7 +14,8 @@ use std::{
 use serde_json::Value;
 use tempfile::TempDir;
 
-const SCENE: &str = "[image]\nwidth = 16\nheight = 16\n[[sphere]]\ncenter = [5, 0, 0]\nradius = 1\n";
+const SCENE: &str =
+    "[image]\nwidth = 16\nheight = 16\n[[sphere]]\ncenter = [5, 0, 0]\nradius = 1\n";
 
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
@@ -35,7 +38,8 @@ fn said(output: &Output) -> String {
 
 /// What `render --stats` says.
 fn stats(folder: &Path, device: &str) -> (Value, String) {
-    let output = run(folder, None, &["render", "scene.toml", "-o", "none", "--stats", "--device", device]);
+    let output =
+        run(folder, None, &["render", "scene.toml", "-o", "none", "--stats", "--device", device]);
     assert!(output.status.success(), "{}", said(&output));
     (serde_json::from_slice(&output.stdout).expect("JSON"), said(&output))
 }
@@ -70,7 +74,8 @@ fn drivers_that_do_not_load_are_named_with_the_variable() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     let icd = |library: &str| {
         format!(
-            "{{\"file_format_version\": \"1.0.0\", \"ICD\": {{\"library_path\": \"{library}\", \"api_version\": \"1.3.0\"}}}}"
+            "{{\"file_format_version\": \"1.0.0\", \"ICD\": {{\"library_path\": \"{library}\", \
+             \"api_version\": \"1.3.0\"}}}}"
         )
     };
     for (name, text) in [
@@ -84,25 +89,47 @@ fn drivers_that_do_not_load_are_named_with_the_variable() {
         fs::write(at(name), text).expect("it can be written");
     }
     let absent = at("absent.json");
-    let mut files: Vec<String> =
-        ["empty", "text", "other", "gone", "text-library", "no-driver"].map(|name| at(&format!("{name}.json"))).into();
-    files.extend([absent.clone(), format!("{}:{absent}", at("text.json")), "relative.json".into(), "::".into()]);
+    let mut files: Vec<String> = ["empty", "text", "other", "gone", "text-library", "no-driver"]
+        .map(|name| at(&format!("{name}.json")))
+        .into();
+    files.extend([
+        absent.clone(),
+        format!("{}:{absent}", at("text.json")),
+        "relative.json".into(),
+        "::".into(),
+    ]);
     for drivers in &files {
-        let output =
-            run(folder.path(), Some(drivers), &["render", "scene.toml", "-o", "none", "--stats", "--device", "gpu"]);
+        let output = run(
+            folder.path(),
+            Some(drivers),
+            &["render", "scene.toml", "-o", "none", "--stats", "--device", "gpu"],
+        );
         let said = said(&output);
         assert_eq!(output.status.code(), Some(3), "{drivers}: {said}");
-        for words in ["no adapter answered", &format!("VK_DRIVER_FILES={drivers} is set"), "--device cpu"] {
+        for words in
+            ["no adapter answered", &format!("VK_DRIVER_FILES={drivers} is set"), "--device cpu"]
+        {
             assert!(said.contains(words), "{drivers} lacks {words:?}: {said}");
         }
-        assert_eq!(said.contains(&format!("{absent} is not there")), drivers.contains("absent"), "{said}");
+        assert_eq!(
+            said.contains(&format!("{absent} is not there")),
+            drivers.contains("absent"),
+            "{said}"
+        );
         assert!(!said.contains("panicked"), "{said}");
         // `info` lists what there is, and says the same; `auto` draws.
         let info = run(folder.path(), Some(drivers), &["info"]);
         let text = String::from_utf8_lossy(&info.stdout).into_owned();
-        assert!(info.status.success() && text.contains(&format!("VK_DRIVER_FILES={drivers} is set")), "{text}");
+        assert!(
+            info.status.success() && text.contains(&format!("VK_DRIVER_FILES={drivers} is set")),
+            "{text}"
+        );
         let auto = run(folder.path(), Some(drivers), &["render", "scene.toml", "-o", "auto.png"]);
-        assert!(auto.status.success() && folder.path().join("auto.png").exists(), "{}", self::said(&auto));
+        assert!(
+            auto.status.success() && folder.path().join("auto.png").exists(),
+            "{}",
+            self::said(&auto)
+        );
     }
 }
 
@@ -110,7 +137,11 @@ fn drivers_that_do_not_load_are_named_with_the_variable() {
 fn names_that_nobody_has_list_who_is_there() {
     let folder = folder();
     for name in ["no such adapter", "GeForce GTX 0", "llvmpipe 0"] {
-        let output = run(folder.path(), None, &["render", "scene.toml", "-o", "none", "--stats", "--device", name]);
+        let output = run(
+            folder.path(),
+            None,
+            &["render", "scene.toml", "-o", "none", "--stats", "--device", name],
+        );
         let said = said(&output);
         assert_eq!(output.status.code(), Some(3), "{said}");
         assert!(said.contains(&format!("no GPU whose name contains \"{name}\"")), "{said}");

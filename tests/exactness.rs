@@ -1,8 +1,9 @@
-//! Every scene of the stress corpus, on every device: each pixel equals the judge's, and pictures that must be the same by
-//! the contract (moved, scaled, mirrored, permuted, in parts) are the same, byte for byte. There is no tolerance.
+//! Every scene of the stress corpus, on every device: each pixel equals the judge's, and pictures
+//! that must be the same by the contract (moved, scaled, mirrored, permuted, in parts) are the
+//! same, byte for byte. There is no tolerance.
 //!
-//! `PLANISPHERE_CASE=planet cargo test --release --test exactness` keeps to the scenes whose name contains the word.
-//! `PLANISPHERE_SEEDS=1000..50000` chooses the seeds of the fuzz tests.
+//! `PLANISPHERE_CASE=planet cargo test --release --test exactness` keeps to the scenes whose name
+//! contains the word. `PLANISPHERE_SEEDS=1000..50000` chooses the seeds of the fuzz tests.
 
 mod corpus;
 mod judge;
@@ -31,7 +32,8 @@ use rayon::prelude::*;
 /// The corpus with the judge's answers, worked out once.
 static TRUTH: LazyLock<Vec<(Case, Vec<i32>)>> = LazyLock::new(|| {
     let word = std::env::var("PLANISPHERE_CASE").unwrap_or_default();
-    let cases: Vec<_> = corpus::corpus().into_iter().filter(|case| case.name.contains(&word)).collect();
+    let cases: Vec<_> =
+        corpus::corpus().into_iter().filter(|case| case.name.contains(&word)).collect();
     assert!(!cases.is_empty(), "no scene of the corpus has {word:?} in its name");
     cases
         .into_iter()
@@ -50,7 +52,8 @@ static TURN: Mutex<()> = Mutex::new(());
 enum Choice {
     /// The native device.
     Cpu,
-    /// The same, and nothing is too small to be sampled, ordered, cut into waves and skipped; everything is drawn twice.
+    /// The same, and nothing is too small to be sampled, ordered, cut into waves and skipped;
+    /// everything is drawn twice.
     Skipping,
     /// Any GPU.
     Gpu,
@@ -73,10 +76,18 @@ fn open(choice: Choice) -> Drawer {
         Choice::Gpu | Choice::GpuSkipping => Device::open(&DeviceChoice::Gpu),
     };
     let mut device = device.unwrap_or_else(|error| {
-        panic!("{choice:?}: {error}\nThese tests need both devices; on Debian: apt-get install mesa-vulkan-drivers")
+        panic!(
+            "{choice:?}: {error}\nThese tests need both devices; on Debian: apt-get install \
+                mesa-vulkan-drivers"
+        )
     });
     let native = matches!(device, Device::Cpu(_));
-    assert_eq!(native, matches!(choice, Choice::Cpu | Choice::Skipping), "{choice:?} gave {}", device.description());
+    assert_eq!(
+        native,
+        matches!(choice, Choice::Cpu | Choice::Skipping),
+        "{choice:?} gave {}",
+        device.description()
+    );
     if let (Device::Gpu(gpu), Choice::GpuSkipping) = (&mut device, choice) {
         gpu.set_effort(effort);
     }
@@ -85,7 +96,10 @@ fn open(choice: Choice) -> Drawer {
 
 fn draw(drawer: &mut Drawer, scene: &Scene, view: &View, region: Region, name: &str) -> Vec<i32> {
     let mut ids = || {
-        let drawing = drawer.device.draw(scene, view, region).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let drawing = drawer
+            .device
+            .draw(scene, view, region)
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!((drawing.region, drawing.ids.len()), (region, region.pixels()), "{name}");
         drawing.ids
     };
@@ -144,15 +158,26 @@ impl Report {
             wrong.len() - missed - extra
         );
         for &k in wrong.iter().take(8) {
-            let (column, row) =
-                (region.x as usize + k % region.width as usize, region.y as usize + k / region.width as usize);
-            let _ = writeln!(self.text, "    column {column}, row {row}: want {}, got {}", want[k], got[k]);
+            let (column, row) = (
+                region.x as usize + k % region.width as usize,
+                region.y as usize + k / region.width as usize,
+            );
+            let _ = writeln!(
+                self.text,
+                "    column {column}, row {row}: want {}, got {}",
+                want[k], got[k]
+            );
         }
     }
 
     fn finish(self) {
         assert!(self.scenes > 0, "nothing was compared");
-        println!("{}: {} pictures, {} pixels, all right", self.device, self.scenes, self.pixels - self.wrong_pixels);
+        println!(
+            "{}: {} pictures, {} pixels, all right",
+            self.device,
+            self.scenes,
+            self.pixels - self.wrong_pixels
+        );
         assert!(
             self.wrong_pixels == 0,
             "on {}: {} wrong pixels in {} of {} pictures\n{}",
@@ -166,7 +191,11 @@ impl Report {
 }
 
 /// Runs `check` over every scene (or every `step`-th) on a device.
-fn over_corpus(choice: Choice, step: usize, mut check: impl FnMut(&mut Drawer, &mut Report, &Case, &[i32])) {
+fn over_corpus(
+    choice: Choice,
+    step: usize,
+    mut check: impl FnMut(&mut Drawer, &mut Report, &Case, &[i32]),
+) {
     let truth = &*TRUTH;
     let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let mut device = open(choice);
@@ -197,12 +226,15 @@ fn depths_are_within_half_a_unit() {
             let judge = Judge::new(&case.scene, &case.view);
             let depths = depth_plane(&case.scene, &case.view, region, ids).unwrap();
             let place = |k: usize| (k as u32 % region.width, k as u32 / region.width);
-            let wrong: Vec<usize> =
-                (0..ids.len()).filter(|&k| !depth_is_good(&judge, place(k).0, place(k).1, ids[k], depths[k])).collect();
+            let wrong: Vec<usize> = (0..ids.len())
+                .filter(|&k| !depth_is_good(&judge, place(k).0, place(k).1, ids[k], depths[k]))
+                .collect();
             let &k = wrong.first()?;
             let (column, row) = place(k);
             let (name, count, id, depth) = (&case.name, wrong.len(), ids[k], depths[k]);
-            Some(format!("{name}: {count} wrong; column {column}, row {row}, sphere {id}: {depth:e}"))
+            Some(format!(
+                "{name}: {count} wrong; column {column}, row {row}, sphere {id}: {depth:e}"
+            ))
         })
         .collect();
     assert!(faults.is_empty(), "depths too far from the exact ones:\n{}", faults.join("\n"));
@@ -231,18 +263,25 @@ fn extreme_scenes_are_the_judges() {
             if !depth_is_good(&judge, column, row, id, depth) {
                 wrong += 1;
                 let words = judge.distance(column, row, id).map(|distance| distance.words());
-                faults
-                    .push(format!("{}: column {column}, row {row}, sphere {id}: {depth:e}, not {words:?}", case.name));
+                faults.push(format!(
+                    "{}: column {column}, row {row}, sphere {id}: {depth:e}, not {words:?}",
+                    case.name
+                ));
             }
         }
     }
     faults.truncate(20);
     println!("{hits} hits");
-    assert!(faults.is_empty(), "{wrong} of {hits} depths are too far from the exact ones:\n{}", faults.join("\n"));
+    assert!(
+        faults.is_empty(),
+        "{wrong} of {hits} depths are too far from the exact ones:\n{}",
+        faults.join("\n")
+    );
     reports.into_iter().for_each(Report::finish);
 }
 
-// ---- Relations: changes of a scene that leave its picture as it is, or change it in a known way ----
+// ---- Relations: changes of a scene that leave its picture as it is, or change it in a known way
+// ----
 
 /// A changed scene and view, and what that does to the picture.
 struct Changed {
@@ -259,7 +298,9 @@ fn change(
     camera: impl Fn(Camera) -> Option<Camera>,
     mirrored: bool,
 ) -> Option<Changed> {
-    let spheres = (0..case.scene.len()).map(|k| sphere(case.scene.sphere(k).unwrap())).collect::<Option<Vec<_>>>()?;
+    let spheres = (0..case.scene.len())
+        .map(|k| sphere(case.scene.sphere(k).unwrap()))
+        .collect::<Option<Vec<_>>>()?;
     let camera = camera(case.view.camera)?;
     camera.check().ok()?;
     let scene = Scene::from_spheres(&spheres).ok()?;
@@ -288,7 +329,9 @@ fn each(v: DVec3, f: impl Fn(f64) -> Option<f64>) -> Option<DVec3> {
 
 /// The world and the camera moved by a vector.
 fn moved(case: &Case, by: DVec3) -> Option<Changed> {
-    let shift = |v: DVec3| Some(DVec3::new(exact_sum(v.x, by.x)?, exact_sum(v.y, by.y)?, exact_sum(v.z, by.z)?));
+    let shift = |v: DVec3| {
+        Some(DVec3::new(exact_sum(v.x, by.x)?, exact_sum(v.y, by.y)?, exact_sum(v.z, by.z)?))
+    };
     change(
         case,
         |s| Some(Sphere { center: shift(s.center)?, ..s }),
@@ -309,7 +352,9 @@ fn scaled(case: &Case, power: i32) -> Option<Changed> {
                 (Projection::Perspective, size) => size,
                 (_, ScreenSize::Width(width)) => ScreenSize::Width(f(width)?),
                 (_, ScreenSize::Height(height)) => ScreenSize::Height(f(height)?),
-                (_, ScreenSize::Both { width, height }) => ScreenSize::Both { width: f(width)?, height: f(height)? },
+                (_, ScreenSize::Both { width, height }) => {
+                    ScreenSize::Both { width: f(width)?, height: f(height)? }
+                }
             };
             let far = if c.far.is_finite() { f(c.far)? } else { c.far };
             Some(Camera { origin: each(c.origin, f)?, size, near: f(c.near)?, far, ..c })
@@ -337,7 +382,11 @@ fn relengthened(case: &Case, view: i32, up: i32) -> Option<Changed> {
         case,
         Some,
         |c| {
-            Some(Camera { view: each(c.view, |x| exact_scale(x, view))?, up: each(c.up, |x| exact_scale(x, up))?, ..c })
+            Some(Camera {
+                view: each(c.view, |x| exact_scale(x, view))?,
+                up: each(c.up, |x| exact_scale(x, up))?,
+                ..c
+            })
         },
         false,
     )
@@ -349,7 +398,13 @@ fn flipped(ids: &[i32], width: u32) -> Vec<i32> {
 }
 
 /// Draws changed scenes and compares them with the judge's answer for the unchanged one.
-fn relation(choice: Choice, step: usize, least: usize, name: &str, changes: impl Fn(&Case) -> Vec<(String, Changed)>) {
+fn relation(
+    choice: Choice,
+    step: usize,
+    least: usize,
+    name: &str,
+    changes: impl Fn(&Case) -> Vec<(String, Changed)>,
+) {
     let mut compared = 0;
     over_corpus(choice, step, |device, report, case, ids| {
         for (how, changed) in changes(case) {
@@ -422,21 +477,24 @@ on_all! {
                 let view = View::new(near, image);
                 let got = draw(&mut drawer, &made.scene, &view, region, &made.name);
                 assert!(count < 100_000 || got.iter().all(|&id| id >= 0), "all is covered");
-                assert!(got == reference::exact(&made.scene, &view, region).ids, "{count}, {projection:?}");
-                // A large sphere that begins before all others and slopes through them: tiles are covered soon, and what is
-                // nearer comes late.
+                let exact = reference::exact(&made.scene, &view, region);
+                assert!(got == exact.ids, "{count}, {projection:?}");
+                // A large sphere that begins before all others and slopes through them: tiles are
+                // covered soon, and what is nearer comes late.
                 let bounds = made.scene.bounds();
                 let middle = 0.5 * (bounds.min_center + bounds.max_center);
                 let aside = DVec3::new(0.3, 1.0, -0.5).cross(made.camera.view).normalize();
                 let center = middle + 2.0 * made.camera.view.normalize() + 1.8 * aside;
                 let large = Sphere { center, radius: 2.7, color: [0; 3] };
-                let blocks = made.scene.blocks().map(|(_, block)| block.clone()).chain([Block::from_spheres(&[large])]);
+                let blocks = made.scene.blocks().map(|(_, block)| block.clone());
+                let blocks = blocks.chain([Block::from_spheres(&[large])]);
                 let scene = Scene::new(blocks.collect()).unwrap();
                 let view = View::new(made.camera, image);
                 let got = draw(&mut drawer, &scene, &view, region, &made.name);
                 let seen = got.iter().filter(|&&id| id == count as i32).count();
                 assert!((200..4000).contains(&seen), "of the large sphere {seen} pixels are seen");
-                assert!(got == reference::exact(&scene, &view, region).ids, "{count}, {projection:?}, with a large sphere");
+                assert!(got == reference::exact(&scene, &view, region).ids, "{count}, \
+                    {projection:?}, with a large sphere");
             }
         }
     }
@@ -489,7 +547,9 @@ on_all! {
                     let by = corpus::two_to(power);
                     [DVec3::new(by, -by, by), DVec3::new(0.0, by, 0.0)].map(move |by| (power, by))
                 })
-                .filter_map(|(power, by)| moved(case, by).map(|changed| (format!("by 2^{power}"), changed)))
+                .filter_map(|(power, by)| {
+                    moved(case, by).map(|changed| (format!("by 2^{power}"), changed))
+                })
                 .take(1)
                 .collect()
         });
@@ -499,7 +559,9 @@ on_all! {
         relation(choice, 3, 200, "scaled", |case| {
             [-400, -70, -1, 1, 64, 400]
                 .into_iter()
-                .filter_map(|power| scaled(case, power).map(|changed| (format!("by 2^{power}"), changed)))
+                .filter_map(|power| {
+                    scaled(case, power).map(|changed| (format!("by 2^{power}"), changed))
+                })
                 .collect()
         });
     }
@@ -521,7 +583,8 @@ on_all! {
             [(1, 0), (-300, 300), (500, -3)]
                 .into_iter()
                 .filter_map(|(view, up)| {
-                    relengthened(case, view, up).map(|changed| (format!("times 2^{view}, 2^{up}"), changed))
+                    relengthened(case, view, up)
+                        .map(|changed| (format!("times 2^{view}, 2^{up}"), changed))
                 })
                 .collect()
         });
@@ -544,7 +607,8 @@ on_all! {
             let region = Region::whole(case.view.image);
             let what = format!("{}, permuted (seed 37)", case.name);
             let got = draw(device, &permuted, &case.view, region, &what);
-            // Where the named sphere differs it must be a tie, which went to the lower index of the new order: the judge knows.
+            // Where the named sphere differs it must be a tie, which went to the lower index of the
+            // new order: the judge knows.
             let mut judge = None;
             let want: Vec<i32> = got
                 .iter()

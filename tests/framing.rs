@@ -20,11 +20,17 @@ fn bounds(spheres: &[Sphere]) -> Bounds {
 fn whole(sphere: &Sphere, camera: Camera, image: ImageSize) -> bool {
     let scene = Scene::from_spheres(&[*sphere]).unwrap();
     let view = View::new(camera, image);
-    let ids = Device::open(&DeviceChoice::Cpu).unwrap().draw(&scene, &view, Region::whole(image)).unwrap().ids;
+    let ids = Device::open(&DeviceChoice::Cpu)
+        .unwrap()
+        .draw(&scene, &view, Region::whole(image))
+        .unwrap()
+        .ids;
     let (width, height) = (image.width as usize, image.height as usize);
     let seen = |k: usize| ids[k] >= 0;
     let edge = |k: usize| {
-        k < width || k >= width * (height - 1) || matches!(k % width, column if column == 0 || column == width - 1)
+        k < width
+            || k >= width * (height - 1)
+            || matches!(k % width, column if column == 0 || column == width - 1)
     };
     (0..ids.len()).any(seen) && !(0..ids.len()).any(|k| edge(k) && seen(k))
 }
@@ -33,7 +39,8 @@ fn ball(center: [f64; 3], radius: f64) -> Sphere {
     Sphere { center: center.into(), radius, color: [255; 3] }
 }
 
-const IMAGES: [ImageSize; 2] = [ImageSize { width: 60, height: 40 }, ImageSize { width: 40, height: 60 }];
+const IMAGES: [ImageSize; 2] =
+    [ImageSize { width: 60, height: 40 }, ImageSize { width: 40, height: 60 }];
 
 /// All 2^9 sets of keys that go together, from nothing to everything, as text: what is given is
 /// kept, and where no size is given all spheres are seen.
@@ -47,7 +54,9 @@ fn any_keys_make_a_picture() {
     ];
     let scene: String = spheres
         .iter()
-        .map(|s| format!("[[sphere]]\ncenter = {:?}\nradius = {:?}\n", s.center.to_array(), s.radius))
+        .map(|s| {
+            format!("[[sphere]]\ncenter = {:?}\nradius = {:?}\n", s.center.to_array(), s.radius)
+        })
         .collect();
     let keys = [
         "projection = 'perspective'",
@@ -62,13 +71,17 @@ fn any_keys_make_a_picture() {
     ];
     let mut drawn = 0;
     for set in 0..1 << keys.len() {
-        let given = |key: &str| keys.iter().enumerate().any(|(k, text)| set >> k & 1 == 1 && text.starts_with(key));
+        let given = |key: &str| {
+            keys.iter().enumerate().any(|(k, text)| set >> k & 1 == 1 && text.starts_with(key))
+        };
         if given("view") && given("look_at") {
             continue;
         }
-        let lines: Vec<&str> = (0..keys.len()).filter(|k| set >> k & 1 == 1).map(|k| keys[k]).collect();
+        let lines: Vec<&str> =
+            (0..keys.len()).filter(|k| set >> k & 1 == 1).map(|k| keys[k]).collect();
         let text = format!("[camera]\n{}\n{scene}", lines.join("\n"));
-        let loaded = from_text("test", &text, Path::new("")).unwrap_or_else(|error| panic!("{lines:?}: {error}"));
+        let loaded = from_text("test", &text, Path::new(""))
+            .unwrap_or_else(|error| panic!("{lines:?}: {error}"));
         for image in IMAGES {
             let camera = loaded.camera(image);
             assert_eq!(camera.check(), Ok(()), "{lines:?}");
@@ -91,11 +104,16 @@ fn any_keys_make_a_picture() {
             }
             if given("look_at") {
                 // The point is straight ahead.
-                let (to, view) = (DVec3::new(0.5, 1.0, 0.25) - camera.origin, camera.view.normalize());
-                assert!(to.dot(view) > 0.0 && to.cross(view).length() < 1e-12 * to.length(), "{lines:?}");
+                let (to, view) =
+                    (DVec3::new(0.5, 1.0, 0.25) - camera.origin, camera.view.normalize());
+                assert!(
+                    to.dot(view) > 0.0 && to.cross(view).length() < 1e-12 * to.length(),
+                    "{lines:?}"
+                );
             }
             // A perspective camera that is left its origin stands as far back as its size needs.
-            let seen = size.is_none() || (camera.projection == Projection::Perspective && !given("origin"));
+            let seen = size.is_none()
+                || (camera.projection == Projection::Perspective && !given("origin"));
             if seen {
                 drawn += 1;
                 for sphere in &spheres {
@@ -123,7 +141,11 @@ fn scenes_of_all_sizes_are_framed() {
         vec![ball([-100.0, 0.0, 0.0], 20.0), ball([100.0, 5.0, 1.0], 20.0)],
         vec![ball([0.0, 0.0, -100.0], 20.0), ball([0.0, 1.0, 100.0], 20.0)],
     ];
-    scenes.push((0..8).map(|k| ball([f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)], 0.25)).collect());
+    scenes.push(
+        (0..8)
+            .map(|k| ball([f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)], 0.25))
+            .collect(),
+    );
     for spheres in scenes {
         let bounds = bounds(&spheres);
         let half = 0.5 * bounds.max_center - 0.5 * bounds.min_center;
@@ -185,7 +207,10 @@ fn a_scene_without_a_camera_is_framed_as_ever() {
         let reach = half.length() + 1.0;
         let side = 2.0 * reach * 1.05;
         let view = DVec3::new(-1.0, -1.0, -0.75);
-        assert_eq!(camera.size, if width { ScreenSize::Width(side) } else { ScreenSize::Height(side) });
+        assert_eq!(
+            camera.size,
+            if width { ScreenSize::Width(side) } else { ScreenSize::Height(side) }
+        );
         let center = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
         assert_eq!((camera.view, camera.origin), (view, center - 2.0 * reach * view.normalize()));
     }
@@ -211,11 +236,16 @@ fn draw(scene: &str, args: &[&str]) -> (String, bool) {
 
 const IMAGE: &str = "[image]\nwidth = 64\nheight = 48\n";
 /// Two spheres around (5, 0, 0).
-const TWO: &str = "[[sphere]]\ncenter = [5, 1, 0]\nradius = 0.5\n[[sphere]]\ncenter = [5, -1, 0]\nradius = 0.5\n";
+const TWO: &str =
+    "[[sphere]]\ncenter = [5, 1, 0]\nradius = 0.5\n[[sphere]]\ncenter = [5, -1, 0]\nradius = 0.5\n";
 
 /// Does what a note says, word for word.
 fn obey(note: &str, scene: &str, args: &[&str]) -> (String, Vec<String>) {
-    let advice = note.split_once("nothing is seen: ").and_then(|(_, rest)| rest.split_once("; ")).expect("advice").1;
+    let advice = note
+        .split_once("nothing is seen: ")
+        .and_then(|(_, rest)| rest.split_once("; "))
+        .expect("advice")
+        .1;
     let mut args: Vec<String> = args.iter().map(|arg| arg.to_string()).collect();
     let mut scene = scene.to_owned();
     let leave_out = |scene: &mut String| {
@@ -236,7 +266,10 @@ fn obey(note: &str, scene: &str, args: &[&str]) -> (String, Vec<String>) {
         scene = format!("[camera]\n{keys}\n{scene}");
         done = true;
     }
-    if advice.contains("leave out --region") || advice.contains("and --region") || advice.contains("without --region") {
+    if advice.contains("leave out --region")
+        || advice.contains("and --region")
+        || advice.contains("without --region")
+    {
         let at = args.iter().position(|arg| arg == "--region").expect("a region");
         args.drain(at..at + 2);
         done = true;
@@ -268,25 +301,61 @@ fn an_empty_picture_says_why_and_what_to_do() {
             &[],
             "all 2 spheres lie behind the camera",
         ),
-        (perspective("origin = [9, 0, 0]\nview = [1, 0, 0]\nwidth = 2"), &[], "all 2 spheres lie behind the camera"),
+        (
+            perspective("origin = [9, 0, 0]\nview = [1, 0, 0]\nwidth = 2"),
+            &[],
+            "all 2 spheres lie behind the camera",
+        ),
         (
             camera("origin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 6\nnear = 7.5"),
             &[],
             "all 2 spheres lie before near (7.5)",
         ),
-        (camera("origin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 6\nfar = 2"), &[], "all 2 spheres lie beyond far (2.0)"),
+        (
+            camera("origin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 6\nfar = 2"),
+            &[],
+            "all 2 spheres lie beyond far (2.0)",
+        ),
         (
             perspective("origin = [0, 0, 0]\nview = [1, 0, 0]\nfov = 60\nfar = 2"),
             &[],
             "all 2 spheres lie beyond far (2.0)",
         ),
-        (camera("origin = [0, -9, 0]\nview = [1, 0, 0]\nwidth = 6"), &[], "all 2 spheres lie left of the picture"),
-        (camera("origin = [0, 9, 0]\nview = [1, 0, 0]\nwidth = 6"), &[], "all 2 spheres lie right of the picture"),
-        (camera("origin = [0, 0, 9]\nview = [1, 0, 0]\nwidth = 6"), &[], "all 2 spheres lie below the picture"),
-        (camera("origin = [0, 0, -9]\nview = [1, 0, 0]\nwidth = 6"), &[], "all 2 spheres lie above the picture"),
-        (perspective("origin = [0, -9, 0]\nview = [1, 0, 0]\nfov = 20"), &[], "all 2 spheres lie left of the picture"),
-        (perspective("origin = [0, 0, 0]\nview = [1, 0, -2]\nfov = 20"), &[], "all 2 spheres lie above the picture"),
-        (perspective("origin = [0, 0, 0]\nview = [1, 0, 2]\nfov = 20"), &[], "all 2 spheres lie below the picture"),
+        (
+            camera("origin = [0, -9, 0]\nview = [1, 0, 0]\nwidth = 6"),
+            &[],
+            "all 2 spheres lie left of the picture",
+        ),
+        (
+            camera("origin = [0, 9, 0]\nview = [1, 0, 0]\nwidth = 6"),
+            &[],
+            "all 2 spheres lie right of the picture",
+        ),
+        (
+            camera("origin = [0, 0, 9]\nview = [1, 0, 0]\nwidth = 6"),
+            &[],
+            "all 2 spheres lie below the picture",
+        ),
+        (
+            camera("origin = [0, 0, -9]\nview = [1, 0, 0]\nwidth = 6"),
+            &[],
+            "all 2 spheres lie above the picture",
+        ),
+        (
+            perspective("origin = [0, -9, 0]\nview = [1, 0, 0]\nfov = 20"),
+            &[],
+            "all 2 spheres lie left of the picture",
+        ),
+        (
+            perspective("origin = [0, 0, 0]\nview = [1, 0, -2]\nfov = 20"),
+            &[],
+            "all 2 spheres lie above the picture",
+        ),
+        (
+            perspective("origin = [0, 0, 0]\nview = [1, 0, 2]\nfov = 20"),
+            &[],
+            "all 2 spheres lie below the picture",
+        ),
         (
             camera("origin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 0.9"),
             &[],
@@ -299,14 +368,16 @@ fn an_empty_picture_says_why_and_what_to_do() {
         ),
         (
             format!(
-                "[camera]\norigin = [0, 0, 0]\nview = [0, 1, 0]\nwidth = 2\n{IMAGE}{TWO}[[sphere]]\ncenter = [0, -4, 0]\nradius = 1\n"
+                "[camera]\norigin = [0, 0, 0]\nview = [0, 1, 0]\nwidth = 2\n\
+                 {IMAGE}{TWO}[[sphere]]\ncenter = [0, -4, 0]\nradius = 1\n"
             ),
             &[],
             "of 3 spheres, 2 lie behind the camera, 1 right of the picture",
         ),
         (
             format!(
-                "[camera]\norigin = [0, 0, 0]\nview = [-1, 0, 0]\nwidth = 6\n{IMAGE}[[sphere]]\ncenter = [5, 0, 0]\nradius = 1\n"
+                "[camera]\norigin = [0, 0, 0]\nview = [-1, 0, 0]\nwidth = 6\n{IMAGE}[[sphere]]\n\
+                 center = [5, 0, 0]\nradius = 1\n"
             ),
             &[],
             "the only sphere lies behind the camera; leave out [camera] to frame it",
@@ -314,7 +385,8 @@ fn an_empty_picture_says_why_and_what_to_do() {
         // A corner: past neither side alone.
         (
             format!(
-                "[camera]\norigin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 2\nheight = 2\n{IMAGE}[[sphere]]\ncenter = [5, 1.8, 1.8]\nradius = 1\n"
+                "[camera]\norigin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 2\nheight = 2\n\
+                 {IMAGE}[[sphere]]\ncenter = [5, 1.8, 1.8]\nradius = 1\n"
             ),
             &[],
             "the only sphere lies outside of the picture, beyond a corner",
@@ -322,7 +394,8 @@ fn an_empty_picture_says_why_and_what_to_do() {
         // Around everything: no part of its wall is between the planes.
         (
             format!(
-                "[camera]\norigin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 1\nnear = 1\nfar = 2\n{IMAGE}[[sphere]]\ncenter = [1, 0, 0]\nradius = 50\n"
+                "[camera]\norigin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 1\nnear = 1\nfar = 2\n\
+                 {IMAGE}[[sphere]]\ncenter = [1, 0, 0]\nradius = 50\n"
             ),
             &[],
             "the only sphere lies around all that is between near (1.0) and far (2.0)",
@@ -349,11 +422,17 @@ fn an_empty_picture_says_why_and_what_to_do() {
             "leave out --region",
         ),
         // Small ones.
-        (tiny(0.4), &[], "all 2 spheres lie between the rays of the pixels; draw a larger picture: --size 256x192"),
+        (
+            tiny(0.4),
+            &[],
+            "all 2 spheres lie between the rays of the pixels; draw a larger picture: --size \
+             256x192",
+        ),
         (
             tiny(1e-3),
             &[],
-            "sphere 0, the largest, is shown by a [camera] of look_at = [0.0, -50.3, 0.11] and width = 0.004 alone",
+            "sphere 0, the largest, is shown by a [camera] of look_at = [0.0, -50.3, 0.11] and \
+             width = 0.004 alone",
         ),
         (tiny(1e-3), &["--region", "1,1,40,40"], "without --region"),
         (
@@ -371,7 +450,10 @@ fn an_empty_picture_says_why_and_what_to_do() {
     for (scene, args, wanted) in cases {
         let (said, seen) = draw(&scene, args);
         assert!(!seen, "{wanted}: something is seen\n{scene}");
-        assert!(said.starts_with("note: nothing is seen: ") && said.contains(wanted), "{wanted}\n{said}\n{scene}");
+        assert!(
+            said.starts_with("note: nothing is seen: ") && said.contains(wanted),
+            "{wanted}\n{said}\n{scene}"
+        );
         assert_eq!(said.lines().count(), 1, "{said}");
         let (scene, args) = obey(&said, &scene, args);
         let args: Vec<&str> = args.iter().map(String::as_str).collect();
@@ -383,12 +465,19 @@ fn an_empty_picture_says_why_and_what_to_do() {
 #[test]
 fn a_scene_without_spheres_says_so_and_one_with_something_to_see_is_silent() {
     let (said, seen) = draw(&format!("[camera]\nview = [1, 0, 0]\n{IMAGE}"), &[]);
-    assert!(!seen && said.starts_with("note: nothing is seen: the scene has no spheres; add [[sphere]]"), "{said}");
+    assert!(
+        !seen
+            && said.starts_with("note: nothing is seen: the scene has no spheres; add [[sphere]]"),
+        "{said}"
+    );
     // One pixel is enough.
     let one = format!(
-        "[camera]\norigin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 6.4\nheight = 4.8\n{IMAGE}[[sphere]]\ncenter = [3, -0.05, 0.05]\nradius = 0.01\n"
+        "[camera]\norigin = [0, 0, 0]\nview = [1, 0, 0]\nwidth = 6.4\nheight = 4.8\n\
+         {IMAGE}[[sphere]]\ncenter = [3, -0.05, 0.05]\nradius = 0.01\n"
     );
-    for (scene, args) in [(format!("{IMAGE}{TWO}"), &[][..]), (one.clone(), &[]), (one, &["--region", "32,23,1,1"])] {
+    for (scene, args) in
+        [(format!("{IMAGE}{TWO}"), &[][..]), (one.clone(), &[]), (one, &["--region", "32,23,1,1"])]
+    {
         let (said, seen) = draw(&scene, args);
         assert!(seen && said.is_empty(), "{said}\n{scene}");
     }
@@ -400,35 +489,60 @@ fn parts_say_why_they_are_empty() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let planisphere = |args: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_planisphere")).args(args).current_dir(here).output().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_planisphere"))
+            .args(args)
+            .current_dir(here)
+            .output()
+            .unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{said}");
         said
     };
-    fs::write(here.join("s.toml"), format!("[camera]\norigin = [0, 0, 0]\nview = [-1, 0, 0]\nwidth = 6\n{IMAGE}{TWO}"))
-        .unwrap();
-    let said = planisphere(&["render", "s.toml", "-o", "none", "--visibility", "s.npz", "--device", "cpu"]);
+    fs::write(
+        here.join("s.toml"),
+        format!("[camera]\norigin = [0, 0, 0]\nview = [-1, 0, 0]\nwidth = 6\n{IMAGE}{TWO}"),
+    )
+    .unwrap();
+    let said = planisphere(&[
+        "render",
+        "s.toml",
+        "-o",
+        "none",
+        "--visibility",
+        "s.npz",
+        "--device",
+        "cpu",
+    ]);
     assert_eq!(said, "note: nothing is seen: all 2 spheres lie behind the camera\n");
-    assert_eq!(planisphere(&["merge", "s.npz"]), "note: nothing is seen: no part shows a sphere here\n");
+    assert_eq!(
+        planisphere(&["merge", "s.npz"]),
+        "note: nothing is seen: no part shows a sphere here\n"
+    );
 }
 
 #[test]
 fn wide_perspectives_get_a_note() {
     let scene = |keys: &str| {
-        format!("[camera]\nprojection = 'perspective'\norigin = [0, 0, 0]\nview = [1, 0, 0]\n{keys}\n{IMAGE}{TWO}")
+        format!(
+            "[camera]\nprojection = 'perspective'\norigin = [0, 0, 0]\nview = [1, 0, 0]\n{keys}\n\
+             {IMAGE}{TWO}"
+        )
     };
     for (keys, wanted) in [
         (
             "width = 10.0",
-            "note: width 10 at distance 1 is a field of view of 157 degrees; fov = 60.0 is usual, in place of `width`",
+            "note: width 10 at distance 1 is a field of view of 157 degrees; fov = 60.0 is usual, \
+             in place of `width`",
         ),
         (
             "height = 8",
-            "note: height 8 at distance 1 is a field of view of 152 degrees; fov = 60.0 is usual, in place of `height`",
+            "note: height 8 at distance 1 is a field of view of 152 degrees; fov = 60.0 is usual, \
+             in place of `height`",
         ),
         (
             "width = 10\nheight = 20",
-            "note: height 20 at distance 1 is a field of view of 169 degrees; fov = 60.0 is usual, in place of `width` and `height`",
+            "note: height 20 at distance 1 is a field of view of 169 degrees; fov = 60.0 is \
+             usual, in place of `width` and `height`",
         ),
     ] {
         let (said, seen) = draw(&scene(keys), &[]);
@@ -468,7 +582,10 @@ fn other_words_suggest_the_key() {
     ] {
         let text = refused(&format!("[{section}]\n{word} = {value}"));
         assert!(text.contains(&format!("did you mean `{key}`")), "{word}: {text}");
-        assert!(from_text("scene", &format!("[{section}]\n{key} = {value}"), folder.path()).is_ok(), "{key}");
+        assert!(
+            from_text("scene", &format!("[{section}]\n{key} = {value}"), folder.path()).is_ok(),
+            "{key}"
+        );
     }
     for (word, key) in [
         ("pos", "center"),
@@ -486,8 +603,10 @@ fn other_words_suggest_the_key() {
 #[test]
 fn colours_have_names_and_short_forms() {
     let read = |color: &str| {
-        let text =
-            format!("[image]\nbackground = {color}\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = {color}\n");
+        let text = format!(
+            "[image]\nbackground = {color}\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = \
+             {color}\n"
+        );
         from_text("scene", &text, Path::new(""))
             .map(|loaded| (loaded.background, loaded.scene.sphere(0).unwrap().color))
     };
@@ -526,17 +645,30 @@ fn colours_have_names_and_short_forms() {
 fn examples_of_the_help_run_as_they_stand() {
     use std::os::unix::fs::PermissionsExt;
     let program = Path::new(env!("CARGO_BIN_EXE_planisphere"));
-    let ball = |k: usize| format!("[[sphere]]\ncenter = [{}, {}, {}]\nradius = 0.4\n", k % 10, k / 10 % 10, k / 100);
+    let ball = |k: usize| {
+        format!("[[sphere]]\ncenter = [{}, {}, {}]\nradius = 0.4\n", k % 10, k / 10 % 10, k / 100)
+    };
     let spheres = |from: usize, to: usize| {
         let spheres: String = (from..to).map(ball).collect();
         format!(
-            "[camera]\norigin = [30, 20, 15]\nlook_at = [4.5, 4.5, 4.5]\nwidth = 20\n[image]\nwidth = 1024\nheight = 1024\n{spheres}"
+            "[camera]\norigin = [30, 20, 15]\nlook_at = [4.5, 4.5, 4.5]\nwidth = 20\n[image]\n\
+             width = 1024\nheight = 1024\n{spheres}"
         )
     };
     for columns in ["80", "100"] {
-        let output = Command::new(program).args(["merge", "--help"]).env("COLUMNS", columns).output().unwrap();
+        let output = Command::new(program)
+            .args(["merge", "--help"])
+            .env("COLUMNS", columns)
+            .output()
+            .unwrap();
         let help = String::from_utf8(output.stdout).unwrap();
-        let examples = help.split_once("Examples:\n").expect("examples").1.split_once("\n\n").expect("an end").0;
+        let examples = help
+            .split_once("Examples:\n")
+            .expect("examples")
+            .1
+            .split_once("\n\n")
+            .expect("an end")
+            .0;
         assert!(examples.lines().all(|line| line.chars().count() <= 80), "{examples}");
         // What is indented by two is typed; what goes on is indented more, behind a backslash or an
         // operator.
@@ -563,15 +695,28 @@ fn examples_of_the_help_run_as_they_stand() {
             fs::create_dir(here.join("bin")).unwrap();
             std::os::unix::fs::symlink(program, here.join("bin/planisphere")).unwrap();
             let srun = here.join("bin/srun");
-            fs::write(&srun, "#!/bin/sh\nfor task in 0 1 2; do SLURM_PROCID=$task \"$@\" || exit; done\n").unwrap();
+            fs::write(
+                &srun,
+                "#!/bin/sh\nfor task in 0 1 2; do SLURM_PROCID=$task \"$@\" || exit; done\n",
+            )
+            .unwrap();
             fs::set_permissions(&srun, fs::Permissions::from_mode(0o755)).unwrap();
             let text = group.join("\n");
-            let mut files = vec![("left.toml", 0, 1000), ("right.toml", 1000, 1100), ("scene.toml", 0, 50)];
-            files.extend([("part-0.toml", 0, 1000), ("part-1.toml", 1000, 2000), ("part-2.toml", 2000, 2010)]);
+            let mut files =
+                vec![("left.toml", 0, 1000), ("right.toml", 1000, 1100), ("scene.toml", 0, 50)];
+            files.extend([
+                ("part-0.toml", 0, 1000),
+                ("part-1.toml", 1000, 2000),
+                ("part-2.toml", 2000, 2010),
+            ]);
             for (name, from, to) in files {
                 fs::write(here.join(name), spheres(from, to)).unwrap();
             }
-            let path = format!("{}:{}", here.join("bin").display(), std::env::var("PATH").unwrap_or_default());
+            let path = format!(
+                "{}:{}",
+                here.join("bin").display(),
+                std::env::var("PATH").unwrap_or_default()
+            );
             let sh = |script: &str| {
                 let output = Command::new("sh")
                     .args(["-e", "-c", script])
@@ -585,7 +730,8 @@ fn examples_of_the_help_run_as_they_stand() {
             if text.contains("part-1?.npz") {
                 for k in 0..2 {
                     sh(&format!(
-                        "planisphere render part-{k}.toml -o none --visibility part-1{k}.npz --first-index {}",
+                        "planisphere render part-{k}.toml -o none --visibility part-1{k}.npz \
+                         --first-index {}",
                         k * 1000
                     ));
                 }

@@ -1,8 +1,10 @@
-//! Golden pictures: every committed scene has one, byte for byte the same from each device, and true to the judge.
+//! Golden pictures: every committed scene has one, byte for byte the same from each device, and
+//! true to the judge.
 //!
-//! `PLANISPHERE_BLESS=1 cargo test --release --test golden` writes them (from the CPU device) and removes the ones that
-//! belong to no scene; the same run then checks what it wrote. A failure leaves, in `target/golden-failures`, the picture
-//! as drawn (`.actual.png`), where it differs (`.diff.png`: wrong pixels in red over a faint copy) and the worst pixels (`.txt`).
+//! `PLANISPHERE_BLESS=1 cargo test --release --test golden` writes them (from the CPU device) and
+//! removes the ones that belong to no scene; the same run then checks what it wrote. A failure
+//! leaves, in `target/golden-failures`, the picture as drawn (`.actual.png`), where it differs
+//! (`.diff.png`: wrong pixels in red over a faint copy) and the worst pixels (`.txt`).
 
 mod judge;
 
@@ -26,7 +28,8 @@ use rayon::prelude::*;
 
 /// Up to so many pixels times spheres the judge looks at every pixel, beyond at [`SAMPLE`] of them.
 const ALL_PIXELS: usize = 4_000_000_000;
-/// Pixels that the judge looks at in a large scene, chosen by a seed that is the scene's number of spheres.
+/// Pixels that the judge looks at in a large scene, chosen by a seed that is the scene's number of
+/// spheres.
 const SAMPLE: usize = 1000;
 
 fn root() -> &'static Path {
@@ -76,7 +79,8 @@ impl Entry {
             .draw(&self.loaded.scene, &self.view, self.region())
             .unwrap_or_else(|error| panic!("{}: {error}", self.name.display()));
         let mut bytes = Vec::new();
-        write_png(&mut bytes, self.region(), &drawing.ids, &self.paint()).expect("memory can be written");
+        write_png(&mut bytes, self.region(), &drawing.ids, &self.paint())
+            .expect("memory can be written");
         bytes
     }
 
@@ -99,7 +103,8 @@ static SCENES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
     let entries: Vec<Entry> = scenes
         .into_iter()
         .map(|path| {
-            let loaded = load(&root().join("scenes").join(&path)).unwrap_or_else(|error| panic!("{error}"));
+            let loaded =
+                load(&root().join("scenes").join(&path)).unwrap_or_else(|error| panic!("{error}"));
             let view = View::new(loaded.camera(loaded.image), loaded.image);
             Entry { name: path.with_extension(""), loaded, view }
         })
@@ -127,7 +132,8 @@ fn bless(entries: &[Entry]) {
     let mut device = Device::open(&DeviceChoice::Cpu).expect("the CPU is always there");
     for entry in entries {
         let path = entry.golden();
-        fs::create_dir_all(path.parent().expect("it is in a folder")).expect("tests/golden can be written");
+        fs::create_dir_all(path.parent().expect("it is in a folder"))
+            .expect("tests/golden can be written");
         fs::write(&path, entry.draw(&mut device)).expect("tests/golden can be written");
     }
     for path in unused(entries) {
@@ -139,11 +145,17 @@ fn bless(entries: &[Entry]) {
 fn unused(entries: &[Entry]) -> Vec<PathBuf> {
     let used: BTreeSet<PathBuf> = entries.iter().map(Entry::golden).collect();
     let folder = root().join("tests/golden");
-    files(&folder, "png").into_iter().map(|path| folder.join(path)).filter(|path| !used.contains(path)).collect()
+    files(&folder, "png")
+        .into_iter()
+        .map(|path| folder.join(path))
+        .filter(|path| !used.contains(path))
+        .collect()
 }
 
 fn decode(bytes: &[u8], path: &Path) -> RgbImage {
-    image::load_from_memory(bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display())).to_rgb8()
+    image::load_from_memory(bytes)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        .to_rgb8()
 }
 
 /// The golden's bytes, if there is one.
@@ -151,7 +163,8 @@ fn read(entry: &Entry) -> Result<Vec<u8>, String> {
     let path = entry.golden();
     fs::read(&path).map_err(|error| {
         format!(
-            "{}: {error}\n    bless it with PLANISPHERE_BLESS=1 cargo test --release --test golden\n",
+            "{}: {error}\n    bless it with PLANISPHERE_BLESS=1 cargo test --release --test \
+             golden\n",
             path.display()
         )
     })
@@ -189,7 +202,8 @@ fn leave(entry: &Entry, device: &str, want: Option<&RgbImage>, actual: &[u8]) ->
                 diff.put_pixel(x, y, Rgb([255, 0, 0]));
             }
             wrong.sort_by_key(|&(distance, x, y)| (std::cmp::Reverse(distance), y, x));
-            let _ = writeln!(text, "{} of {} pixels differ", wrong.len(), got.width() * got.height());
+            let _ =
+                writeln!(text, "{} of {} pixels differ", wrong.len(), got.width() * got.height());
             if wrong.is_empty() {
                 let _ = writeln!(text, "only the encoding of the file differs");
             }
@@ -200,22 +214,35 @@ fn leave(entry: &Entry, device: &str, want: Option<&RgbImage>, actual: &[u8]) ->
             diff.save(file("diff.png")).expect("target can be written");
         }
         Some(want) => {
-            let _ = writeln!(text, "want {:?} pixels, got {:?}", want.dimensions(), got.dimensions());
+            let _ =
+                writeln!(text, "want {:?} pixels, got {:?}", want.dimensions(), got.dimensions());
         }
         None => {
             let _ = writeln!(text, "there is no golden");
         }
     }
     fs::write(file("txt"), &text).expect("target can be written");
-    format!("{} on {device}: {text}    see {}\n", entry.name.display(), file("actual.png").display())
+    format!(
+        "{} on {device}: {text}    see {}\n",
+        entry.name.display(),
+        file("actual.png").display()
+    )
 }
 
 fn draws_the_goldens(choice: &DeviceChoice, name: &str) {
     let entries = &*SCENES;
     let mut device = Device::open(choice).unwrap_or_else(|error| {
-        panic!("{error}\nThis test needs a software Vulkan device; on Debian: apt-get install mesa-vulkan-drivers")
+        panic!(
+            "{error}\nThis test needs a software Vulkan device; on Debian: apt-get install \
+                mesa-vulkan-drivers"
+        )
     });
-    assert_eq!(matches!(device, Device::Cpu(_)), *choice == DeviceChoice::Cpu, "{name} gave {}", device.description());
+    assert_eq!(
+        matches!(device, Device::Cpu(_)),
+        *choice == DeviceChoice::Cpu,
+        "{name} gave {}",
+        device.description()
+    );
     let mut failures = String::new();
     for entry in entries {
         let actual = entry.draw(&mut device);
@@ -256,7 +283,12 @@ fn goldens_show_the_truth() {
         };
         let size = entry.view.image;
         if golden.dimensions() != (size.width, size.height) {
-            let _ = writeln!(failures, "{}: {:?} pixels for {size:?}", entry.name.display(), golden.dimensions());
+            let _ = writeln!(
+                failures,
+                "{}: {:?} pixels for {size:?}",
+                entry.name.display(),
+                golden.dimensions()
+            );
             continue;
         }
         let judge = Judge::new(&entry.loaded.scene, &entry.view);
@@ -269,15 +301,21 @@ fn goldens_show_the_truth() {
                 .map(|((column, row), id)| (column, row, id))
                 .collect()
         } else {
-            println!("{}: the judge looks at {SAMPLE} pixels, seed {spheres}", entry.name.display());
+            println!(
+                "{}: the judge looks at {SAMPLE} pixels, seed {spheres}",
+                entry.name.display()
+            );
             // A multiplicative walk visits the pixels in no order that a tile or a row would have.
             (0..SAMPLE as u64)
                 .into_par_iter()
                 .map(|k| {
-                    let mix = (k + 1).wrapping_add(spheres as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                    let mix =
+                        (k + 1).wrapping_add(spheres as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
                     let pixel = ((u128::from(mix) * size.pixels() as u128) >> 64) as u64;
-                    let (column, row) =
-                        ((pixel % u64::from(size.width)) as u32, (pixel / u64::from(size.width)) as u32);
+                    let (column, row) = (
+                        (pixel % u64::from(size.width)) as u32,
+                        (pixel / u64::from(size.width)) as u32,
+                    );
                     (column, row, judge.id(column, row))
                 })
                 .collect()
@@ -289,7 +327,8 @@ fn goldens_show_the_truth() {
         if let Some(&(column, row, id)) = wrong.first() {
             let _ = writeln!(
                 failures,
-                "{}: {} pixels are not what is there; column {column}, row {row} shows {:?}, sphere {id} is {:?}",
+                "{}: {} pixels are not what is there; column {column}, row {row} shows {:?}, \
+                 sphere {id} is {:?}",
                 entry.name.display(),
                 wrong.len(),
                 golden.get_pixel(column, row).0,
@@ -305,6 +344,7 @@ fn no_golden_is_unused() {
     let unused = unused(&SCENES);
     assert!(
         unused.is_empty(),
-        "these belong to no scene: {unused:#?}\nPLANISPHERE_BLESS=1 cargo test --release --test golden removes them"
+        "these belong to no scene: {unused:#?}\nPLANISPHERE_BLESS=1 cargo test --release --test \
+         golden removes them"
     );
 }

@@ -1,5 +1,5 @@
-//! The GPU's filter on the software device: every pixel that it settles is right, few are left over, and neither chunks, rounds,
-//! windows, bands, regions nor kernels show.
+//! The GPU's filter on the software device: every pixel that it settles is right, few are left
+//! over, and neither chunks, rounds, windows, bands, regions nor kernels show.
 
 use std::ops::Range;
 
@@ -36,7 +36,8 @@ impl Random {
     }
 }
 
-/// Nearest sphere at every pixel of the region in f64, which is good enough where the filter settles generic scenes.
+/// Nearest sphere at every pixel of the region in f64, which is good enough where the filter
+/// settles generic scenes.
 fn reference(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
     let axes = Axes::new(&view.camera);
     let [right, up, forward] = [axes.right.high, axes.up.high, axes.forward.high];
@@ -52,9 +53,10 @@ fn reference(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
                 let f = sphere.center - camera.origin;
                 let (x, y, z) = (f.dot(right), f.dot(up), f.dot(forward));
                 let (foot, half_square) = match camera.projection {
-                    Projection::Orthographic => {
-                        (z, sphere.radius * sphere.radius - (x - sx) * (x - sx) - (y - sy) * (y - sy))
-                    }
+                    Projection::Orthographic => (
+                        z,
+                        sphere.radius * sphere.radius - (x - sx) * (x - sx) - (y - sy) * (y - sy),
+                    ),
                     Projection::Perspective => {
                         let (n, m) = (z * sx - x, y - z * sy);
                         let third = n * sy + m * sx;
@@ -79,8 +81,8 @@ fn reference(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
     ids
 }
 
-/// The driver that `tests/run.sh` means, by the name in `PLANISPHERE_EXPECT_ADAPTER`: a loader that cannot load one takes
-/// another without a word.
+/// The driver that `tests/run.sh` means, by the name in `PLANISPHERE_EXPECT_ADAPTER`: a loader that
+/// cannot load one takes another without a word.
 #[test]
 fn the_adapter_is_the_expected_one() {
     let name = gpu().description();
@@ -107,15 +109,26 @@ fn check(what: &str, ids: &[i32], reference: &[i32], width: u32, share: f64) {
         if id == UNDECIDED {
             left += 1;
         } else {
-            assert_eq!(id, want, "{what}: column {}, row {}", at % width as usize, at / width as usize);
+            assert_eq!(
+                id,
+                want,
+                "{what}: column {}, row {}",
+                at % width as usize,
+                at / width as usize
+            );
         }
     }
     let found = f64::from(left) / ids.len() as f64;
     assert!(found <= share, "{what}: {left} of {} pixels undecided", ids.len());
-    println!("{what}: {left} of {} undecided, {} covered", ids.len(), reference.iter().filter(|&&id| id >= 0).count());
+    println!(
+        "{what}: {left} of {} undecided, {} covered",
+        ids.len(),
+        reference.iter().filter(|&&id| id >= 0).count()
+    );
 }
 
-/// On all kernels: what the filter settles is right, at most `share` is left over, and the whole picture is right.
+/// On all kernels: what the filter settles is right, at most `share` is left over, and the whole
+/// picture is right.
 fn check_whole(gpu: &mut Gpu, what: &str, scene: &Scene, view: &View, share: f64) {
     let region = Region::whole(view.image);
     let want = reference(scene, view, region);
@@ -166,9 +179,12 @@ fn portable() -> Gpu {
 
 #[test]
 fn orthographic_scenes() {
-    for (seed, count, radius, offset) in
-        [(1, 300, 0.1..1.0, 0.0), (2, 1000, 0.02..0.2, 1e6), (3, 1000, 0.05..0.05000001, -1e3), (4, 1, 3.0..3.1, 5.0)]
-    {
+    for (seed, count, radius, offset) in [
+        (1, 300, 0.1..1.0, 0.0),
+        (2, 1000, 0.02..0.2, 1e6),
+        (3, 1000, 0.05..0.05000001, -1e3),
+        (4, 1, 3.0..3.1, 5.0),
+    ] {
         let scene = cloud(seed, count, radius, offset);
         let view = View::new(camera(offset, Projection::Orthographic), IMAGE);
         let region = Region::whole(IMAGE);
@@ -183,7 +199,9 @@ fn orthographic_scenes() {
 #[test]
 fn pixels_need_not_be_square() {
     let scene = cloud(11, 300, 0.05..0.8, 0.0);
-    for size in [ScreenSize::Both { width: 9.0, height: 2.0 }, ScreenSize::Both { width: 3.0, height: 9.0 }] {
+    for size in
+        [ScreenSize::Both { width: 9.0, height: 2.0 }, ScreenSize::Both { width: 3.0, height: 9.0 }]
+    {
         let view = View::new(Camera { size, ..camera(0.0, Projection::Orthographic) }, IMAGE);
         let want = reference(&scene, &view, Region::whole(IMAGE));
         let ids = draw(&mut gpu(), &scene, &view, Region::whole(IMAGE));
@@ -196,13 +214,22 @@ fn perspective_scenes() {
     for (seed, count, radius, offset) in [(21, 300, 0.1..1.0, 0.0), (22, 400, 0.02..0.2, 1e6)] {
         let scene = cloud(seed, count, radius, offset);
         for width in [0.9, 0.1, 4.0] {
-            let camera = Camera { size: ScreenSize::Width(width), ..camera(offset, Projection::Perspective) };
+            let camera = Camera {
+                size: ScreenSize::Width(width),
+                ..camera(offset, Projection::Perspective)
+            };
             let view = View::new(camera, IMAGE);
             let region = Region::whole(IMAGE);
             let want = reference(&scene, &view, region);
             both_lanes(&mut portable(), |gpu, lanes| {
                 let ids = draw(gpu, &scene, &view, region);
-                check(&format!("perspective {width}, seed {seed}, {lanes}"), &ids, &want, IMAGE.width, 3e-3);
+                check(
+                    &format!("perspective {width}, seed {seed}, {lanes}"),
+                    &ids,
+                    &want,
+                    IMAGE.width,
+                    3e-3,
+                );
             });
         }
     }
@@ -211,9 +238,12 @@ fn perspective_scenes() {
 #[test]
 fn clip_planes_and_cameras_inside() {
     for projection in [Projection::Orthographic, Projection::Perspective] {
-        for (seed, near, far, back) in
-            [(31, 0.0, f64::INFINITY, 0.0), (32, 9.5, f64::INFINITY, 10.0), (33, 8.0, 11.0, 10.0), (34, 0.0, 9.0, 10.0)]
-        {
+        for (seed, near, far, back) in [
+            (31, 0.0, f64::INFINITY, 0.0),
+            (32, 9.5, f64::INFINITY, 10.0),
+            (33, 8.0, 11.0, 10.0),
+            (34, 0.0, 9.0, 10.0),
+        ] {
             let scene = cloud(seed, 300, 0.2..2.0, 3.0);
             let from = camera(3.0, projection);
             let origin = DVec3::splat(3.0) - back * from.view.normalize();
@@ -222,7 +252,13 @@ fn clip_planes_and_cameras_inside() {
             let want = reference(&scene, &view, region);
             both_lanes(&mut portable(), |gpu, lanes| {
                 let ids = draw(gpu, &scene, &view, region);
-                check(&format!("{projection:?} clipped, seed {seed}, {lanes}"), &ids, &want, IMAGE.width, 1.0);
+                check(
+                    &format!("{projection:?} clipped, seed {seed}, {lanes}"),
+                    &ids,
+                    &want,
+                    IMAGE.width,
+                    1.0,
+                );
             });
         }
     }
@@ -240,17 +276,47 @@ fn chunks_rounds_windows_batches_and_regions_do_not_show() {
             for (chunk, limits) in [
                 (
                     usize::MAX,
-                    Limits { wave: 1 << 24, entries: 1 << 24, tiles: 1 << 16, few: 0, worth: 0, round: 1 << 15 },
+                    Limits {
+                        wave: 1 << 24,
+                        entries: 1 << 24,
+                        tiles: 1 << 16,
+                        few: 0,
+                        worth: 0,
+                        round: 1 << 15,
+                    },
                 ),
-                (330, Limits { wave: 1 << 24, entries: 1 << 24, tiles: 1 << 16, few: 0, worth: 0, round: 1 << 15 }),
-                (330, Limits { wave: 1 << 24, entries: 5_000, tiles: 50, few: 0, worth: 0, round: 9 }),
+                (
+                    330,
+                    Limits {
+                        wave: 1 << 24,
+                        entries: 1 << 24,
+                        tiles: 1 << 16,
+                        few: 0,
+                        worth: 0,
+                        round: 1 << 15,
+                    },
+                ),
+                (
+                    330,
+                    Limits { wave: 1 << 24, entries: 5_000, tiles: 50, few: 0, worth: 0, round: 9 },
+                ),
                 (77, Limits { wave: 300, entries: 777, tiles: 20, few: 0, worth: 0, round: 7 }),
             ] {
                 gpu.shrink(chunk, 7, limits);
                 gpu.set_effort(Effort { order: 0, cover: 0, few: 0, ..Effort::default() });
                 let ids = draw(gpu, &scene, &view, region);
-                check(&format!("{projection:?}, {lanes}, {limits:?}"), &ids, &want, region.width, 5e-3);
-                assert_eq!(gpu.draw(&scene, &view, region).unwrap().ids, want, "{projection:?}, {lanes}, {limits:?}");
+                check(
+                    &format!("{projection:?}, {lanes}, {limits:?}"),
+                    &ids,
+                    &want,
+                    region.width,
+                    5e-3,
+                );
+                assert_eq!(
+                    gpu.draw(&scene, &view, region).unwrap().ids,
+                    want,
+                    "{projection:?}, {lanes}, {limits:?}"
+                );
             }
         });
         // Limits only ever shrink, so each kernel got a device of its own.
@@ -261,7 +327,8 @@ fn chunks_rounds_windows_batches_and_regions_do_not_show() {
 fn what_large_spheres_hide_is_not_listed_and_not_missed() {
     let mut random = Random(61);
     let small = |random: &mut Random, k: usize| {
-        // Before, behind, beside and inside the large ones; half of them half out of the first one's surface.
+        // Before, behind, beside and inside the large ones; half of them half out of the first
+        // one's surface.
         let center = match k % 2 {
             0 => random.vector(-4.0, 4.0),
             _ => DVec3::new(1.0, 0.0, 0.5) + 1.7 * random.vector(-1.0, 1.0).normalize(),
@@ -269,7 +336,9 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
         Sphere { center, radius: random.between(0.01, 0.05), color: [0; 3] }
     };
     let mut spheres: Vec<Sphere> = (0..6000).map(|k| small(&mut random, k)).collect();
-    for (at, center, radius) in [(17, DVec3::new(1.0, 0.0, 0.5), 1.7), (5000, DVec3::new(-0.5, 2.0, -1.0), 0.9)] {
+    for (at, center, radius) in
+        [(17, DVec3::new(1.0, 0.0, 0.5), 1.7), (5000, DVec3::new(-0.5, 2.0, -1.0), 0.9)]
+    {
         spheres[at] = Sphere { center, radius, color: [0; 3] };
     }
     let scene = Scene::from_spheres(&spheres).unwrap();
@@ -313,9 +382,14 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
 fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
     // Pixels one apart, with a sphere behind all of them whose nearest point is at depth 1000.
     let image = ImageSize { width: 96, height: 64 };
-    let camera = Camera { size: ScreenSize::Width(96.0), ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
+    let camera =
+        Camera { size: ScreenSize::Width(96.0), ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
     let view = View::new(camera, image);
-    let sphere = |x: f64, y: f64, z: f64, radius: f64| Sphere { center: DVec3::new(x, y, z), radius, color: [0; 3] };
+    let sphere = |x: f64, y: f64, z: f64, radius: f64| Sphere {
+        center: DVec3::new(x, y, z),
+        radius,
+        color: [0; 3],
+    };
     let mut spheres = vec![sphere(10_000.0, 0.0, 0.0, 9_000.0)];
     for k in 0..40 {
         // Wholly in front of it, missed by a pixel's ray by so little that the device cannot tell.
@@ -323,7 +397,8 @@ fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
         spheres.push(sphere(10.0 + f64::from(k), column + 3.0 * (1.0 + 1e-7), row, 3.0));
     }
     for k in 0..6 {
-        // Half out of its surface: what is seen of these is nearer than 1000, and the rest is hidden.
+        // Half out of its surface: what is seen of these is nearer than 1000, and the rest is
+        // hidden.
         spheres.push(sphere(1_002.0, f64::from(12 * k) - 33.3, f64::from(9 * k) - 25.2, 3.0));
     }
     let scene = Scene::from_spheres(&spheres).unwrap();
@@ -335,7 +410,8 @@ fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
         gpu.set_effort(Effort { order, cover: 0, few: 0, ..Effort::default() });
         both_lanes(&mut gpu, |gpu, lanes| {
             let left = gpu.draw_filter(&scene, &view, region).unwrap().ids;
-            let open = left.iter().zip(&want).filter(|&(&id, &want)| id == UNDECIDED && want == 0).count();
+            let open =
+                left.iter().zip(&want).filter(|&(&id, &want)| id == UNDECIDED && want == 0).count();
             assert!(open > 20, "{lanes}: it is left to the host: {open}");
             let drawing = gpu.draw(&scene, &view, region).unwrap();
             assert!(drawing.ids == want, "{lanes}, ordered from {order} on");
@@ -348,8 +424,9 @@ fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
 fn a_device_that_leaves_most_over_is_not_asked_each_time() {
     // Many spheres almost in one place: no f32 can tell which is seen.
     let mut random = Random(71);
-    let spheres: Vec<Sphere> =
-        (0..200).map(|_| Sphere { center: 1e-9 * random.vector(-1.0, 1.0), radius: 3.0, color: [0; 3] }).collect();
+    let spheres: Vec<Sphere> = (0..200)
+        .map(|_| Sphere { center: 1e-9 * random.vector(-1.0, 1.0), radius: 3.0, color: [0; 3] })
+        .collect();
     let hard = Scene::from_spheres(&spheres).unwrap();
     let easy = cloud(72, 300, 0.1..0.5, 0.0);
     let view = View::new(camera(0.0, Projection::Orthographic), IMAGE);
@@ -377,9 +454,16 @@ fn few_spheres_in_many_tiles_are_all_seen() {
     let spheres: Vec<Sphere> = (0..40)
         .map(|k| {
             let place = |random: &mut Random| random.between(-126.0, 126.0);
-            let (right, up) =
-                if k < 8 { (-124.0, 124.0 - 32.0 * f64::from(k)) } else { (place(&mut random), place(&mut random)) };
-            Sphere { center: DVec3::new(random.between(10.0, 20.0), -right, up), radius: 2.3, color: [0; 3] }
+            let (right, up) = if k < 8 {
+                (-124.0, 124.0 - 32.0 * f64::from(k))
+            } else {
+                (place(&mut random), place(&mut random))
+            };
+            Sphere {
+                center: DVec3::new(random.between(10.0, 20.0), -right, up),
+                radius: 2.3,
+                color: [0; 3],
+            }
         })
         .collect();
     let scene = Scene::from_spheres(&spheres).unwrap();
@@ -387,12 +471,17 @@ fn few_spheres_in_many_tiles_are_all_seen() {
         // What one picture leaves in memory must not show in the next.
         for aside in [0.0, 0.4, 77.3, -50.6] {
             let origin = DVec3::new(0.0, aside, 0.5 * aside);
-            let camera = Camera { size: ScreenSize::Width(256.0), ..Camera::orthographic(origin, DVec3::X) };
+            let camera =
+                Camera { size: ScreenSize::Width(256.0), ..Camera::orthographic(origin, DVec3::X) };
             let view = View::new(camera, image);
             let want = reference(&scene, &view, region);
             let drawing = gpu.draw(&scene, &view, region).unwrap();
             assert!(drawing.ids == want, "{lanes}, {aside}");
-            assert!(drawing.counts.entries > 20 && drawing.counts.entries < 256, "{:?}", drawing.counts);
+            assert!(
+                drawing.counts.entries > 20 && drawing.counts.entries < 256,
+                "{:?}",
+                drawing.counts
+            );
         }
     });
 }
@@ -413,7 +502,8 @@ fn seventy_thousand_spheres_over_one_pixel() {
         .collect();
     let scene = Scene::from_spheres(&spheres).unwrap();
     let image = ImageSize { width: 3, height: 2 };
-    let camera = Camera { size: ScreenSize::Width(0.3), ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
+    let camera =
+        Camera { size: ScreenSize::Width(0.3), ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
     let view = View::new(camera, image);
     let want = reference(&scene, &view, Region::whole(image));
     assert!(want.iter().all(|&id| id > 69_000), "the nearest come last: {want:?}");
@@ -428,7 +518,8 @@ fn seventy_thousand_spheres_over_one_pixel() {
 fn extreme_numbers_are_left_to_the_host_or_right() {
     let mut gpu = gpu();
     let image = ImageSize { width: 40, height: 40 };
-    let ball = |x: f64, radius: f64| Sphere { center: DVec3::new(x, 0.1, 0.2), radius, color: [0; 3] };
+    let ball =
+        |x: f64, radius: f64| Sphere { center: DVec3::new(x, 0.1, 0.2), radius, color: [0; 3] };
     let camera = Camera::orthographic(DVec3::new(-20.0, 0.0, 0.0), DVec3::new(1.0, 0.01, 0.0));
     for spheres in [
         vec![ball(5.0, 1e-9), ball(6.0, 1.0)],
@@ -444,7 +535,11 @@ fn extreme_numbers_are_left_to_the_host_or_right() {
         let scene = Scene::from_spheres(&spheres).unwrap();
         for projection in [Projection::Orthographic, Projection::Perspective] {
             for width in [10.0, 0.01, 1e6] {
-                let size = ScreenSize::Width(if projection == Projection::Perspective { width / 20.0 } else { width });
+                let size = ScreenSize::Width(if projection == Projection::Perspective {
+                    width / 20.0
+                } else {
+                    width
+                });
                 let view = View::new(Camera { projection, size, ..camera }, image);
                 let region = Region::whole(image);
                 let ids = draw(&mut gpu, &scene, &view, region);
@@ -455,7 +550,8 @@ fn extreme_numbers_are_left_to_the_host_or_right() {
     }
 }
 
-/// Planets one in another, looked at through telescopes: their first hits lie farther before the middle of the data than offsets of tiles reach.
+/// Planets one in another, looked at through telescopes: their first hits lie farther before the
+/// middle of the data than offsets of tiles reach.
 #[test]
 fn planets_fill_telescopes() {
     let mut gpu = gpu();
@@ -476,14 +572,22 @@ fn planets_fill_telescopes() {
             let size = ScreenSize::Width(64.0 * pixel);
             let camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
             let view = View::new(Camera { projection, size, ..camera }, image);
-            // Of smaller pixels steps are so fine that offsets do not reach, and all is left to the host.
+            // Of smaller pixels steps are so fine that offsets do not reach, and all is left to the
+            // host.
             let share = if bits < 15 { 0.0 } else { 1.0 };
-            check_whole(&mut gpu, &format!("{projection:?}, radii of 2^{bits} pixels"), &scene, &view, share);
+            check_whole(
+                &mut gpu,
+                &format!("{projection:?}, radii of 2^{bits} pixels"),
+                &scene,
+                &view,
+                share,
+            );
         }
     }
 }
 
-/// Balls side by side, from near by to so far away that squares of their distance would be beyond f32.
+/// Balls side by side, from near by to so far away that squares of their distance would be beyond
+/// f32.
 #[test]
 fn balls_far_away_are_seen() {
     let mut gpu = gpu();
@@ -501,7 +605,8 @@ fn balls_far_away_are_seen() {
             let distance = 2f64.powi(bits);
             let width = if projection == Projection::Perspective { 14.0 / distance } else { 14.0 };
             let camera = Camera::orthographic(DVec3::new(-distance, 0.0, 0.0), DVec3::X);
-            let view = View::new(Camera { projection, size: ScreenSize::Width(width), ..camera }, image);
+            let view =
+                View::new(Camera { projection, size: ScreenSize::Width(width), ..camera }, image);
             let share = if bits < 34 { 0.01 } else { 1.0 };
             check_whole(&mut gpu, &format!("{projection:?}, 2^{bits} away"), &scene, &view, share);
         }
@@ -522,7 +627,10 @@ fn spheres_are_sent_once() {
     let mut gpu = gpu();
     let scene = cloud(61, 1000, 0.1..0.2, 0.0);
     for step in 0..3 {
-        let camera = Camera { origin: DVec3::splat(-0.1 * f64::from(step)), ..camera(0.0, Projection::Orthographic) };
+        let camera = Camera {
+            origin: DVec3::splat(-0.1 * f64::from(step)),
+            ..camera(0.0, Projection::Orthographic)
+        };
         gpu.draw(&scene, &View::new(camera, IMAGE), Region::whole(IMAGE)).unwrap();
         assert_eq!(gpu.activity().0, 16_000, "bytes sent by picture {step}");
     }

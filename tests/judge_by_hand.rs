@@ -1,4 +1,5 @@
-//! The judge itself, against cases worked out by hand and against whole-number arithmetic on small lattices.
+//! The judge itself, against cases worked out by hand and against whole-number arithmetic on small
+//! lattices.
 
 mod judge;
 
@@ -42,7 +43,10 @@ fn columns_run_right_and_rows_run_down() {
     // Samples at -1, 0, 1; a small sphere up (z = 1) and to the right (y = -1).
     for projection in [FLAT, POINT] {
         let judge = Judge::new(&scene(&[ball(1.0, -1.0, 1.0, 0.25)]), &camera(projection, 3));
-        assert_eq!(judge.ids(Region { x: 0, y: 0, width: 3, height: 3 }), [-1, -1, 0, -1, -1, -1, -1, -1, -1]);
+        assert_eq!(
+            judge.ids(Region { x: 0, y: 0, width: 3, height: 3 }),
+            [-1, -1, 0, -1, -1, -1, -1, -1, -1]
+        );
     }
 }
 
@@ -73,7 +77,8 @@ fn a_tangent_ray_hits_when_the_axes_are_irrational() {
             assert_eq!(middle(&[sphere], view(projection, direction, 1)), id, "radius {radius:e}");
         }
     }
-    // Vectors of whole length, and view directions perpendicular to them with sqrt A and sqrt B both irrational.
+    // Vectors of whole length, and view directions perpendicular to them with sqrt A and sqrt B
+    // both irrational.
     let irrational = |n: i32| n.isqrt().pow(2) != n;
     let mut found = 0;
     for apart in [[1, 2, 2], [2, 3, 6], [4, -4, 7], [0, 3, 4]] {
@@ -94,7 +99,11 @@ fn a_tangent_ray_hits_when_the_axes_are_irrational() {
             for projection in [FLAT, POINT] {
                 for (radius, id) in [(r.next_down(), -1), (r, 0), (r.next_up(), 0)] {
                     let sphere = ball(center.x, center.y, center.z, radius);
-                    assert_eq!(middle(&[sphere], view(projection, d, 1)), id, "{d}, {apart:?}, radius {radius:e}");
+                    assert_eq!(
+                        middle(&[sphere], view(projection, d, 1)),
+                        id,
+                        "{d}, {apart:?}, radius {radius:e}"
+                    );
                 }
             }
         }
@@ -104,18 +113,24 @@ fn a_tangent_ray_hits_when_the_axes_are_irrational() {
 
 #[test]
 fn a_tangent_ray_of_the_perspective_camera_hits() {
-    // Ray (1, 0, 1) in (right, up, forward); (2, 1, -2) is perpendicular to it and 3 long. In the world: (z, -x, y).
+    // Ray (1, 0, 1) in (right, up, forward); (2, 1, -2) is perpendicular to it and 3 long. In the
+    // world: (z, -x, y).
     let center = [2.0 + 10.0, 1.0, -2.0 + 10.0];
     let sphere = |radius| ball(center[2], -center[0], center[1], radius);
     for (radius, id) in [(3f64.next_down(), -1), (3.0, 0), (3f64.next_up(), 0)] {
         assert_eq!(Judge::new(&scene(&[sphere(radius)]), &camera(POINT, 3)).id(2, 1), id);
     }
     // It is touched at depth 10, where either plane may be.
-    for (near, far, id) in [(10.0, 20.0, 0), (10f64.next_up(), 20.0, -1), (1.0, 10.0, 0), (1.0, 10f64.next_down(), -1)]
+    for (near, far, id) in
+        [(10.0, 20.0, 0), (10f64.next_up(), 20.0, -1), (1.0, 10.0, 0), (1.0, 10f64.next_down(), -1)]
     {
         let mut view = camera(POINT, 3);
         (view.camera.near, view.camera.far) = (near, far);
-        assert_eq!(Judge::new(&scene(&[sphere(3.0)]), &view).id(2, 1), id, "near {near:e} far {far:e}");
+        assert_eq!(
+            Judge::new(&scene(&[sphere(3.0)]), &view).id(2, 1),
+            id,
+            "near {near:e} far {far:e}"
+        );
     }
 }
 
@@ -123,8 +138,13 @@ fn a_tangent_ray_of_the_perspective_camera_hits() {
 fn from_inside_the_far_wall_is_seen() {
     for projection in [FLAT, POINT] {
         for center in [0.0, 0.5, -0.5, 1.0, -1.0] {
-            // At -1 the camera is on the surface, at the far end of the sphere: the far crossing is at 0, the near plane.
-            assert_eq!(middle(&[ball(center, 0.0, 0.0, 1.0)], camera(projection, 1)), 0, "{center}");
+            // At -1 the camera is on the surface, at the far end of the sphere: the far crossing is
+            // at 0, the near plane.
+            assert_eq!(
+                middle(&[ball(center, 0.0, 0.0, 1.0)], camera(projection, 1)),
+                0,
+                "{center}"
+            );
         }
         assert_eq!(middle(&[ball((-1f64).next_down(), 0.0, 0.0, 1.0)], camera(projection, 1)), -1);
         // The inner wall at 1 is behind a small sphere, and before a far one.
@@ -159,7 +179,8 @@ fn both_planes_are_included() {
 
 #[test]
 fn a_cut_open_sphere_shows_its_inner_wall() {
-    // The near plane 3 cuts the first sphere (crossings 2 and 6): its wall is at 6, behind the second (crossings 4 and 5).
+    // The near plane 3 cuts the first sphere (crossings 2 and 6): its wall is at 6, behind the
+    // second (crossings 4 and 5).
     let mut view = camera(FLAT, 1);
     view.camera.near = 3.0;
     assert_eq!(middle(&[ball(4.0, 0.0, 0.0, 2.0), ball(4.5, 0.0, 0.0, 0.5)], view), 1);
@@ -173,9 +194,15 @@ fn a_cut_open_sphere_shows_its_inner_wall() {
 #[test]
 fn equal_depths_go_to_the_lower_index() {
     for projection in [FLAT, POINT] {
-        for direction in [DVec3::X, DVec3::new(1.0, -0.5, 0.0), DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.1, 0.7, -0.3)] {
+        for direction in [
+            DVec3::X,
+            DVec3::new(1.0, -0.5, 0.0),
+            DVec3::new(1.0, 2.0, 3.0),
+            DVec3::new(0.1, 0.7, -0.3),
+        ] {
             let view = view(projection, direction, 1);
-            // Mirrored in the plane of the view direction and z, and in the one across: the same depth at the middle.
+            // Mirrored in the plane of the view direction and z, and in the one across: the same
+            // depth at the middle.
             let across = direction.cross(DVec3::Z);
             let ahead = 16.0 * direction;
             for offset in [across * 0.25, DVec3::ZERO] {
@@ -202,9 +229,10 @@ fn different_spheres_tie_on_irrational_axes() {
         assert_eq!(middle(&[at(3.0, 4.0), at(2.0, 1.0)], view(projection, d, 1)), 0);
         assert_eq!(middle(&[at(3.0, 4.0), at(2.0, 1f64.next_up())], view(projection, d, 1)), 1);
     }
-    // d = (1, 1, 0), across = (1, -1, 0): centres 8 d and 8 d + across + ... whose chords differ by the same irrational step.
-    // Depth of k d + j across + h z with radius r at the middle: k sqrt 2 - sqrt (r^2 - 2 j^2 - h^2).
-    // k = 10, chord sqrt 8 = 2 sqrt 2 and k = 9, chord sqrt 2: both 8 sqrt 2.
+    // d = (1, 1, 0), across = (1, -1, 0): centres 8 d and 8 d + across + ... whose chords differ by
+    // the same irrational step. Depth of k d + j across + h z with radius r at the middle: k sqrt 2
+    // - sqrt (r^2 - 2 j^2 - h^2). k = 10, chord sqrt 8 = 2 sqrt 2 and k = 9, chord sqrt 2: both 8
+    // sqrt 2.
     let d = DVec3::new(1.0, 1.0, 0.0);
     let place = |k: f64, j: f64, h: f64, radius: f64| ball(k + j, k - j, h, radius);
     let far = place(10.0, 0.0, 1.0, 3.0); // 9 - 1 = 8
@@ -227,12 +255,26 @@ fn extreme_numbers_are_numbers() {
         assert_eq!(middle(&[ball(1.0, tiny, 0.0, tiny)], camera(projection, 1)), 0);
         assert_eq!(middle(&[ball(1.0, 2.0 * tiny, 0.0, tiny)], camera(projection, 1)), -1);
         // The second is nearer by the least number there is.
-        assert_eq!(middle(&[ball(2.0 * tiny, 0.0, 0.0, tiny), ball(tiny, 0.0, 0.0, tiny)], camera(projection, 1)), 1);
+        assert_eq!(
+            middle(
+                &[ball(2.0 * tiny, 0.0, 0.0, tiny), ball(tiny, 0.0, 0.0, tiny)],
+                camera(projection, 1)
+            ),
+            1
+        );
         // The largest number: far wall and near wall.
         assert_eq!(middle(&[ball(f64::MAX, 0.0, 0.0, f64::MAX)], camera(projection, 1)), 0);
-        assert_eq!(middle(&[ball(f64::MAX, 0.0, 0.0, 1.0), ball(0.0, 0.0, 0.0, 1.0)], camera(projection, 1)), 1);
-        let planets =
-            [ball(2f64.powi(120), 0.0, 0.0, 2f64.powi(120)), ball(2f64.powi(-120), 0.0, 0.0, 2f64.powi(-120))];
+        assert_eq!(
+            middle(
+                &[ball(f64::MAX, 0.0, 0.0, 1.0), ball(0.0, 0.0, 0.0, 1.0)],
+                camera(projection, 1)
+            ),
+            1
+        );
+        let planets = [
+            ball(2f64.powi(120), 0.0, 0.0, 2f64.powi(120)),
+            ball(2f64.powi(-120), 0.0, 0.0, 2f64.powi(-120)),
+        ];
         assert_eq!(middle(&planets, camera(projection, 1)), 0);
         assert_eq!(middle(&[planets[1], planets[0]], camera(projection, 1)), 0);
     }
@@ -243,31 +285,48 @@ fn one_side_of_the_screen_gives_the_other() {
     // 7 x 3 pixels, width 7 and height left out: samples 1 apart.
     let mut camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
     let image = ImageSize { width: 7, height: 3 };
-    for size in [ScreenSize::Width(7.0), ScreenSize::Height(3.0), ScreenSize::Both { width: 7.0, height: 3.0 }] {
+    for size in [
+        ScreenSize::Width(7.0),
+        ScreenSize::Height(3.0),
+        ScreenSize::Both { width: 7.0, height: 3.0 },
+    ] {
         camera.size = size;
-        let judge =
-            Judge::new(&scene(&[ball(4.0, -3.0, 1.0, 0.25), ball(4.0, 2.0, -1.0, 0.25)]), &View::new(camera, image));
+        let judge = Judge::new(
+            &scene(&[ball(4.0, -3.0, 1.0, 0.25), ball(4.0, 2.0, -1.0, 0.25)]),
+            &View::new(camera, image),
+        );
         assert_eq!(judge.ids(Region::whole(image)).iter().position(|&id| id == 0), Some(6));
         assert_eq!(judge.ids(Region::whole(image)).iter().position(|&id| id == 1), Some(15));
     }
 }
 
-/// The sign of `b + sqrt p - sqrt q` in whole numbers, by squaring: the school's way, for the lattices below.
+/// The sign of `b + sqrt p - sqrt q` in whole numbers, by squaring: the school's way, for the
+/// lattices below.
 fn sign_of_roots(b: i128, p: i128, q: i128) -> i128 {
     // sqrt p - sqrt q against -b.
     let inner = (p - q).signum();
     if b.signum() * inner >= 0 {
         return if b == 0 { inner } else { b.signum() };
     }
-    // |b| against |sqrt p - sqrt q|: b^2 against p + q - 2 sqrt(p q), so 2 sqrt(p q) against p + q - b^2.
+    // |b| against |sqrt p - sqrt q|: b^2 against p + q - 2 sqrt(p q), so 2 sqrt(p q) against
+    // p + q - b^2.
     let rest = p + q - b * b;
-    let larger_b =
-        if rest <= 0 { if rest == 0 && p * q == 0 { 0 } else { 1 } } else { (4 * p * q - rest * rest).signum() };
+    let larger_b = if rest <= 0 {
+        if rest == 0 && p * q == 0 { 0 } else { 1 }
+    } else {
+        (4 * p * q - rest * rest).signum()
+    };
     larger_b * b.signum()
 }
 
 /// What is seen of whole-number spheres `[right, up, forward, radius]` along a whole-number ray.
-fn whole_id(spheres: &[[i128; 4]], start: [i128; 2], direction: [i128; 3], near: i128, far: i128) -> i32 {
+fn whole_id(
+    spheres: &[[i128; 4]],
+    start: [i128; 2],
+    direction: [i128; 3],
+    near: i128,
+    far: i128,
+) -> i32 {
     let square: i128 = direction.iter().map(|x| x * x).sum();
     let mut best: Option<(i32, i128, i128, i128)> = None;
     for (index, &[x, y, z, r]) in spheres.iter().enumerate() {
@@ -295,8 +354,16 @@ fn whole_id(spheres: &[[i128; 4]], start: [i128; 2], direction: [i128; 3], near:
                     (1, 1) => sign_of_roots(d, q, other_q) < 0,
                     (-1, -1) => sign_of_roots(d, other_q, q) < 0,
                     // A sum of roots S: d + S < 0, or d - S < 0.
-                    (1, _) => d < 0 && d * d > q + other_q && (d * d - q - other_q).pow(2) > 4 * q * other_q,
-                    _ => d < 0 || d * d < q + other_q || (d * d - q - other_q).pow(2) < 4 * q * other_q,
+                    (1, _) => {
+                        d < 0
+                            && d * d > q + other_q
+                            && (d * d - q - other_q).pow(2) > 4 * q * other_q
+                    }
+                    _ => {
+                        d < 0
+                            || d * d < q + other_q
+                            || (d * d - q - other_q).pow(2) < 4 * q * other_q
+                    }
                 }
             }
         };
@@ -319,7 +386,8 @@ fn below(state: &mut u64, n: u64) -> i128 {
 #[test]
 fn lattices_agree_with_whole_numbers() {
     const SIDE: u32 = 7;
-    // Axes that are whole numbers over their common length: (right, up, forward), with `up` given as a hint to the camera.
+    // Axes that are whole numbers over their common length: (right, up, forward), with `up` given
+    // as a hint to the camera.
     let frames = [
         ([0, -1, 0], [0, 0, 1], [1, 0, 0], 1),
         ([4, -3, 0], [0, 0, 5], [3, 4, 0], 5),
@@ -366,10 +434,18 @@ fn lattices_agree_with_whole_numbers() {
         let judge = Judge::new(&scene(&world), &View::new(camera, image));
         for row in 0..SIDE {
             for column in 0..SIDE {
-                let s = [i128::from(column) - i128::from(SIDE / 2), i128::from(SIDE / 2) - i128::from(row)];
-                let (start, direction) = if perspective { ([0, 0], [s[0], s[1], 1]) } else { (s, [0, 0, 1]) };
+                let s = [
+                    i128::from(column) - i128::from(SIDE / 2),
+                    i128::from(SIDE / 2) - i128::from(row),
+                ];
+                let (start, direction) =
+                    if perspective { ([0, 0], [s[0], s[1], 1]) } else { (s, [0, 0, 1]) };
                 let want = whole_id(&spheres, start, direction, near, far);
-                assert_eq!(judge.id(column, row), want, "seed {seed}, pixel ({column}, {row}), spheres {spheres:?}");
+                assert_eq!(
+                    judge.id(column, row),
+                    want,
+                    "seed {seed}, pixel ({column}, {row}), spheres {spheres:?}"
+                );
             }
         }
         zeros += judge.effort.zeros.load(std::sync::atomic::Ordering::Relaxed);

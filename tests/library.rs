@@ -1,4 +1,5 @@
-//! What a program that uses the library may do: draw one scene from many threads, and ask for what has no picture.
+//! What a program that uses the library may do: draw one scene from many threads, and ask for what
+//! has no picture.
 
 use std::{
     sync::{Barrier, mpsc},
@@ -8,18 +9,25 @@ use std::{
 
 use glam::DVec3;
 use planisphere::{
-    camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View, ViewError},
+    camera::{
+        Camera, CameraError, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View, ViewError,
+    },
     frame::{Paint, PlaneError, depth_plane, write_f32, write_i32, write_png},
     render::{Cancel, Device, DeviceChoice, DrawError},
     scene::{Scene, Sphere},
 };
 
-/// Spheres of which one in a hundred is ten times as large as the others: what large ones hide is looked for.
+/// Spheres of which one in a hundred is ten times as large as the others: what large ones hide is
+/// looked for.
 fn unlike(count: u32) -> Vec<Sphere> {
     let sphere = |k: u32| {
         let at = |m: u32| f64::from(k.wrapping_mul(m) >> 16) / 655.36;
         let radius = if k.is_multiple_of(100) { 2.0 } else { 0.2 };
-        Sphere { center: DVec3::new(at(2654435761), at(2246822519), at(3266489917)), radius, color: [200; 3] }
+        Sphere {
+            center: DVec3::new(at(2654435761), at(2246822519), at(3266489917)),
+            radius,
+            color: [200; 3],
+        }
     };
     (0..count).map(sphere).collect()
 }
@@ -41,18 +49,21 @@ fn within(limit: Duration, what: &str, work: impl FnOnce() + Send + 'static) {
 
 /// `PLANISPHERE_ROUNDS=300` draws as many fresh scenes in each way; the default is for every day.
 fn rounds(usual: usize) -> usize {
-    std::env::var("PLANISPHERE_ROUNDS").map_or(usual, |rounds| rounds.parse().expect("a number of rounds"))
+    std::env::var("PLANISPHERE_ROUNDS")
+        .map_or(usual, |rounds| rounds.parse().expect("a number of rounds"))
 }
 
-/// Draws of fresh scenes, several of each at once, on pools of several sizes. A draw that waits inside of a lock for other threads of its pool
-/// takes up another draw meanwhile, which waits for the lock: that hung within some ten rounds.
+/// Draws of fresh scenes, several of each at once, on pools of several sizes. A draw that waits
+/// inside of a lock for other threads of its pool takes up another draw meanwhile, which waits for
+/// the lock: that hung within some ten rounds.
 fn together(choice: DeviceChoice, rounds: usize) {
     let spheres = unlike(100_000);
     let image = ImageSize { width: 320, height: 180 };
     for threads in [2, 4] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         for callers in [2, 8] {
-            let mut devices: Vec<Device> = (0..callers).map(|_| Device::open(&choice).unwrap()).collect();
+            let mut devices: Vec<Device> =
+                (0..callers).map(|_| Device::open(&choice).unwrap()).collect();
             for round in 0..rounds {
                 let scene = Scene::from_spheres(&spheres).unwrap();
                 let view = View::new(Camera::framing(scene.bounds(), image), image);
@@ -62,12 +73,16 @@ fn together(choice: DeviceChoice, rounds: usize) {
                     pool.install(|| device.draw(&scene, &view, Region::whole(image)).unwrap().ids)
                 };
                 let mut all: Vec<Vec<i32>> = thread::scope(|scope| {
-                    let callers: Vec<_> = devices.iter_mut().map(|device| scope.spawn(|| draw(device))).collect();
+                    let callers: Vec<_> =
+                        devices.iter_mut().map(|device| scope.spawn(|| draw(device))).collect();
                     callers.into_iter().map(|caller| caller.join().unwrap()).collect()
                 });
                 let first = all.pop().unwrap();
                 assert!(first.iter().any(|&id| id >= 0));
-                assert!(all.iter().all(|ids| *ids == first), "round {round}, {threads} threads, {callers} callers");
+                assert!(
+                    all.iter().all(|ids| *ids == first),
+                    "round {round}, {threads} threads, {callers} callers"
+                );
             }
         }
     }
@@ -76,13 +91,17 @@ fn together(choice: DeviceChoice, rounds: usize) {
 #[test]
 fn a_fresh_scene_is_drawn_by_many_at_once_on_the_cpu() {
     let rounds = rounds(25);
-    within(Duration::from_secs(60 + 2 * rounds as u64), "draws at once", move || together(DeviceChoice::Cpu, rounds));
+    within(Duration::from_secs(60 + 2 * rounds as u64), "draws at once", move || {
+        together(DeviceChoice::Cpu, rounds)
+    });
 }
 
 #[test]
 fn a_fresh_scene_is_drawn_by_many_at_once_on_the_gpu() {
     let rounds = rounds(4);
-    within(Duration::from_secs(120 + 4 * rounds as u64), "draws at once", move || together(DeviceChoice::Gpu, rounds));
+    within(Duration::from_secs(120 + 4 * rounds as u64), "draws at once", move || {
+        together(DeviceChoice::Gpu, rounds)
+    });
 }
 
 const IMAGE: ImageSize = ImageSize { width: 8, height: 6 };
@@ -100,14 +119,23 @@ fn scene() -> Scene {
 fn refused() -> Vec<(&'static str, View, Region, ViewError)> {
     let whole = Region::whole(IMAGE);
     let mut all = Vec::new();
-    let mut add = |name, camera, error: CameraError| all.push((name, camera, ViewError::Camera(error)));
+    let mut add =
+        |name, camera, error: CameraError| all.push((name, camera, ViewError::Camera(error)));
     let nan = DVec3::new(0.0, f64::NAN, 0.0);
     add("a NaN origin", Camera { origin: nan, ..camera() }, CameraError::NotFinite("origin"));
-    add("an infinite origin", Camera { origin: DVec3::INFINITY, ..camera() }, CameraError::NotFinite("origin"));
+    add(
+        "an infinite origin",
+        Camera { origin: DVec3::INFINITY, ..camera() },
+        CameraError::NotFinite("origin"),
+    );
     add("a NaN view", Camera { view: nan, ..camera() }, CameraError::NotFinite("view"));
     add("a NaN up", Camera { up: nan, ..camera() }, CameraError::NotFinite("up"));
     add("no view direction", Camera { view: DVec3::ZERO, ..camera() }, CameraError::ZeroView);
-    add("an up along the view", Camera { up: -2.0 * DVec3::X, ..camera() }, CameraError::UpParallel);
+    add(
+        "an up along the view",
+        Camera { up: -2.0 * DVec3::X, ..camera() },
+        CameraError::UpParallel,
+    );
     let planes = |near, far| (Camera { near, far, ..camera() }, CameraError::Planes { near, far });
     for (name, near, far) in [
         ("near beyond far", 3.0, 2.0),
@@ -128,36 +156,68 @@ fn refused() -> Vec<(&'static str, View, Region, ViewError)> {
     ] {
         let error = || CameraError::Size { what: "width", value };
         add(name, Camera { size: ScreenSize::Width(value), ..camera() }, error());
-        add(name, Camera { size: ScreenSize::Both { width: value, height: 1.0 }, ..camera() }, error());
-        let fan = Camera { projection: Projection::Perspective, size: ScreenSize::Width(value), ..camera() };
+        add(
+            name,
+            Camera { size: ScreenSize::Both { width: value, height: 1.0 }, ..camera() },
+            error(),
+        );
+        let fan = Camera {
+            projection: Projection::Perspective,
+            size: ScreenSize::Width(value),
+            ..camera()
+        };
         add(name, fan, error());
         let error = CameraError::Size { what: "height", value };
         add("such a height", Camera { size: ScreenSize::Height(value), ..camera() }, error);
     }
-    let mut all: Vec<_> =
-        all.into_iter().map(|(name, camera, error)| (name, View::new(camera, IMAGE), whole, error)).collect();
+    let mut all: Vec<_> = all
+        .into_iter()
+        .map(|(name, camera, error)| (name, View::new(camera, IMAGE), whole, error))
+        .collect();
 
-    for (width, height) in [(0, 0), (0, 6), (8, 0), (MAX_SIDE + 1, 6), (8, MAX_SIDE + 1), (100_000, 2), (u32::MAX, 1)] {
+    for (width, height) in
+        [(0, 0), (0, 6), (8, 0), (MAX_SIDE + 1, 6), (8, MAX_SIDE + 1), (100_000, 2), (u32::MAX, 1)]
+    {
         let image = ImageSize { width, height };
         let one = Region { x: 0, y: 0, width: 1, height: 1 };
-        all.push(("an image out of limits", View::new(camera(), image), one, ViewError::Image(image)));
+        all.push((
+            "an image out of limits",
+            View::new(camera(), image),
+            one,
+            ViewError::Image(image),
+        ));
     }
     let mut view = View::new(camera(), IMAGE);
     view.camera.size = ScreenSize::Width(1.0);
     all.push(("a camera changed inside of a view", view, whole, ViewError::Stale));
     let mut view = View::new(camera(), IMAGE);
     view.image.width = 4;
-    all.push(("an image changed inside of a view", view, Region { width: 4, ..whole }, ViewError::Stale));
+    all.push((
+        "an image changed inside of a view",
+        view,
+        Region { width: 4, ..whole },
+        ViewError::Stale,
+    ));
     let view = View::new(camera(), IMAGE);
     for (width, height) in [(0, 0), (0, 6), (8, 0)] {
         let region = Region { width, height, ..whole };
         all.push(("a region without pixels", view, region, ViewError::Empty(region)));
     }
-    for [x, y, width, height] in
-        [[1, 0, 8, 6], [0, 1, 8, 6], [8, 0, 1, 1], [0, 0, 9, 6], [u32::MAX, 0, 8, 6], [0, 2, 8, u32::MAX]]
-    {
+    for [x, y, width, height] in [
+        [1, 0, 8, 6],
+        [0, 1, 8, 6],
+        [8, 0, 1, 1],
+        [0, 0, 9, 6],
+        [u32::MAX, 0, 8, 6],
+        [0, 2, 8, u32::MAX],
+    ] {
         let region = Region { x, y, width, height };
-        all.push(("a region outside of the image", view, region, ViewError::Outside { region, image: IMAGE }));
+        all.push((
+            "a region outside of the image",
+            view,
+            region,
+            ViewError::Outside { region, image: IMAGE },
+        ));
     }
     all
 }
@@ -177,7 +237,9 @@ fn refuses(choice: DeviceChoice) {
     for (name, view, region, wanted) in refused() {
         for scene in [&scene, &Scene::new(Vec::new()).unwrap()] {
             match device.draw(scene, &view, region) {
-                Err(DrawError::View(error)) => assert!(same(&error, &wanted), "{name}: {error:?}, not {wanted:?}"),
+                Err(DrawError::View(error)) => {
+                    assert!(same(&error, &wanted), "{name}: {error:?}, not {wanted:?}")
+                }
                 other => panic!("{name}: {other:?}, not an error of the view"),
             }
         }
@@ -237,7 +299,8 @@ fn heap(count: u32) -> Scene {
     Scene::from_spheres(&(0..count).map(sphere).collect::<Vec<_>>()).unwrap()
 }
 
-/// A long drawing ends soon after it was cancelled, as an error; and the device draws again, right, when it is given another token.
+/// A long drawing ends soon after it was cancelled, as an error; and the device draws again, right,
+/// when it is given another token.
 fn cancels(choice: DeviceChoice) {
     let image = ImageSize { width: 1500, height: 1500 };
     let scene = heap(16_000);
@@ -271,7 +334,9 @@ fn cancels(choice: DeviceChoice) {
     device.cancel_on(&cancelled);
     let small = ImageSize { width: 40, height: 30 };
     let view = View::new(Camera::framing(scene.bounds(), small), small);
-    let again = |device: &mut Device| device.draw(&scene, &view, Region::whole(small)).map(|drawing| drawing.ids);
+    let again = |device: &mut Device| {
+        device.draw(&scene, &view, Region::whole(small)).map(|drawing| drawing.ids)
+    };
     assert!(matches!(again(&mut device), Err(DrawError::Cancelled)));
     device.cancel_on(&Cancel::new());
     let fresh = again(&mut Device::open(&DeviceChoice::Cpu).unwrap()).unwrap();

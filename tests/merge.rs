@@ -1,7 +1,10 @@
-//! Parts of pictures, merged, are the whole, byte for byte: every scene of the stress corpus, and some of no pattern, in parts of its spheres, of its
-//! picture, and of both, in any order; scenes from all of the range of f64 against the judge, bounds and all; and the command line with its messages.
+//! Parts of pictures, merged, are the whole, byte for byte: every scene of the stress corpus, and
+//! some of no pattern, in parts of its spheres, of its picture, and of both, in any order; scenes
+//! from all of the range of f64 against the judge, bounds and all; and the command line with its
+//! messages.
 //!
-//! `PLANISPHERE_SEEDS=0..20000 cargo test --release --test merge extreme` chooses the seeds of the latter.
+//! `PLANISPHERE_SEEDS=0..20000 cargo test --release --test merge extreme` chooses the seeds of the
+//! latter.
 
 mod corpus;
 mod judge;
@@ -34,7 +37,8 @@ use planisphere::{
 
 const BACKGROUND: [u8; 3] = [1, 2, 3];
 
-/// Draws some spheres of a scene in a region, as `render --visibility --first-index` does, and reads the part back.
+/// Draws some spheres of a scene in a region, as `render --visibility --first-index` does, and
+/// reads the part back.
 fn draw_part(
     folder: &Path,
     device: &mut Device,
@@ -50,7 +54,11 @@ fn draw_part(
         view: *view,
         region,
         background: BACKGROUND,
-        ranges: if range.is_empty() { vec![] } else { std::iter::once(range.start as u64..range.end as u64).collect() },
+        ranges: if range.is_empty() {
+            vec![]
+        } else {
+            std::iter::once(range.start as u64..range.end as u64).collect()
+        },
         bounds: (!range.is_empty()).then(|| own.bounds()),
     };
     let bounds = distance_bounds(&own, &Truth::new(view, own.bounds()), region, &ids).unwrap();
@@ -59,7 +67,9 @@ fn draw_part(
     let global = |id: i32| if id < 0 { -1 } else { i64::from(id) + range.start as i64 };
     let mut bytes = Vec::new();
     let mut writer = PartWriter::new(&mut bytes, &meta).unwrap();
-    writer.pixels(ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
+    writer
+        .pixels(ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds }))
+        .unwrap();
     writer.finish(seen.iter().map(|k| ((range.start + k) as u64, own.sphere(k).unwrap()))).unwrap();
     read(folder, &bytes)
 }
@@ -83,14 +93,19 @@ fn again(folder: &Path, parts: &[Part]) -> Part {
     let mut bytes = Vec::new();
     let mut writer = PartWriter::new(&mut bytes, meta).unwrap();
     let bounds = distance_bounds(merge.scene(), merge.truth(), meta.region, &band.ids).unwrap();
-    writer.pixels(band.ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds })).unwrap();
-    writer.finish(seen.iter().map(|k| (merge.indices()[k], merge.scene().sphere(k).unwrap()))).unwrap();
+    writer
+        .pixels(band.ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: global(id), bounds }))
+        .unwrap();
+    writer
+        .finish(seen.iter().map(|k| (merge.indices()[k], merge.scene().sphere(k).unwrap())))
+        .unwrap();
     read(folder, &bytes)
 }
 
 /// Cuts of `0..n` into `count` runs, some of them perhaps empty.
 fn cuts(random: &mut Random, n: usize, count: usize) -> Vec<Range<usize>> {
-    let mut ends: Vec<usize> = (1..count).map(|_| random.below(n as u64 + 1) as usize).chain([0, n]).collect();
+    let mut ends: Vec<usize> =
+        (1..count).map(|_| random.below(n as u64 + 1) as usize).chain([0, n]).collect();
     ends.sort_unstable();
     ends.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
@@ -114,7 +129,13 @@ fn quarters(random: &mut Random, whole: Region) -> Vec<Region> {
 }
 
 /// Draws a case in parts, of a kind that is told by `way`.
-fn parts_of(folder: &Path, device: &mut Device, case: &Case, way: usize, random: &mut Random) -> Vec<Part> {
+fn parts_of(
+    folder: &Path,
+    device: &mut Device,
+    case: &Case,
+    way: usize,
+    random: &mut Random,
+) -> Vec<Part> {
     let Case { scene, view, .. } = case;
     let whole = Region::whole(view.image);
     let mut parts = Vec::new();
@@ -172,7 +193,8 @@ fn pictures_in_parts_are_the_whole() {
         let depth = depth_plane(scene, view, whole, &ids).unwrap();
         let device = if number % 12 == 0 { &mut gpu } else { &mut cpu };
         let parts = parts_of(folder.path(), device, case, number % 4, &mut random);
-        let merge = Merge::new(&parts, Some(whole)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let merge =
+            Merge::new(&parts, Some(whole)).unwrap_or_else(|error| panic!("{name}: {error}"));
         merge.check_gaps().unwrap_or_else(|error| panic!("{name}: {error}"));
         // In two bands, where there are two rows.
         let top = Region { height: whole.height.div_ceil(2), ..whole };
@@ -184,9 +206,15 @@ fn pictures_in_parts_are_the_whole() {
             ties += band.ties.pairs;
             exact += band.ties.exact;
         }
-        let merged: Vec<i32> =
-            local.iter().map(|&k| usize::try_from(k).map_or(-1, |k| merge.indices()[k] as i32)).collect();
-        assert!(merged == ids, "{name}: {} wrong pixels", merged.iter().zip(&ids).filter(|(a, b)| a != b).count());
+        let merged: Vec<i32> = local
+            .iter()
+            .map(|&k| usize::try_from(k).map_or(-1, |k| merge.indices()[k] as i32))
+            .collect();
+        assert!(
+            merged == ids,
+            "{name}: {} wrong pixels",
+            merged.iter().zip(&ids).filter(|(a, b)| a != b).count()
+        );
         let again = depths(merge.scene(), merge.truth(), whole, &local).unwrap();
         let bits = |plane: &[f32]| plane.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
         assert!(bits(&again) == bits(&depth), "{name}: other depths");
@@ -198,11 +226,15 @@ fn pictures_in_parts_are_the_whole() {
         assert!(png(scene, &ids) == png(merge.scene(), &local), "{name}: other pictures");
         pixels += ids.len();
     }
-    println!("{pixels} pixels; {ties} pairs were too close for their bounds, {exact} signs took long integers");
+    println!(
+        "{pixels} pixels; {ties} pairs were too close for their bounds, {exact} signs took long \
+         integers"
+    );
     assert!(ties > 1000, "the corpus has near ties");
 }
 
-/// How far apart bounds are at most, as a part of the distance, and where that is too little for f64: as the docs of `distance_bounds` say.
+/// How far apart bounds are at most, as a part of the distance, and where that is too little for
+/// f64: as the docs of `distance_bounds` say.
 const RATIO: f64 = 1.0 / (1 << 20) as f64;
 const APART: f64 = 16.0 * f64::from_bits(1);
 
@@ -253,7 +285,9 @@ impl Findings {
         let Region { x, y, width, .. } = part.meta.region;
         for (at, (id, [low, high])) in contents(part).into_iter().enumerate() {
             let (column, row) = (x + at as u32 % width, y + at as u32 / width);
-            let words = |exact: &str| format!("{name}: {column}, {row}, sphere {id}: {low:e} to {high:e}, not {exact}");
+            let words = |exact: &str| {
+                format!("{name}: {column}, {row}, sphere {id}: {low:e} to {high:e}, not {exact}")
+            };
             if id < 0 {
                 if [low, high] != [f64::INFINITY; 2] {
                     none.push(words("infinite"));
@@ -304,17 +338,26 @@ impl Findings {
             self.beyond_f32 += u64::from(distance.is_between(f32::MAX.into(), f64::INFINITY));
             self.beyond_f64 += u64::from(distance.is_between(f64::MAX, f64::INFINITY));
             if !distance.has_depth(depth, DEPTH_BOUND) {
-                far.push(format!("{name}: {column}, {row}, sphere {id}: {depth:e}, not {}", distance.words()));
+                far.push(format!(
+                    "{name}: {column}, {row}, sphere {id}: {depth:e}, not {}",
+                    distance.words()
+                ));
             }
         }
-        let (infinite, far): (Vec<_>, Vec<_>) = far.into_iter().partition(|words| words.contains(": inf"));
+        let (infinite, far): (Vec<_>, Vec<_>) =
+            far.into_iter().partition(|words| words.contains(": inf"));
         self.note("infinite depths of one run", infinite.len(), || infinite[0].clone());
         self.note("depths of one run", far.len(), || far[0].clone());
         if ids != want {
             return;
         }
         let one = draw_part(folder, device, scene, view, 0..scene.len(), whole);
-        self.bounds(name, &judge, &one, ["false bounds of one run", "wide bounds of one run", "no hits in one run"]);
+        self.bounds(
+            name,
+            &judge,
+            &one,
+            ["false bounds of one run", "wide bounds of one run", "no hits in one run"],
+        );
 
         // One to six parts: runs of spheres, regions, or both.
         let count = 1 + random.below(6) as usize;
@@ -330,7 +373,12 @@ impl Findings {
             }
         }
         for part in &parts {
-            self.bounds(name, &judge, part, ["false bounds of parts", "wide bounds of parts", "no hits in parts"]);
+            self.bounds(
+                name,
+                &judge,
+                part,
+                ["false bounds of parts", "wide bounds of parts", "no hits in parts"],
+            );
         }
         for k in (1..parts.len()).rev() {
             parts.swap(k, random.below(k as u64 + 1) as usize);
@@ -346,16 +394,22 @@ impl Findings {
             match Merge::new(&both, None) {
                 Ok(_) => {
                     let part = again(folder, &both);
-                    let kinds =
-                        ["false bounds of merged parts", "wide bounds of merged parts", "no hits in merged parts"];
+                    let kinds = [
+                        "false bounds of merged parts",
+                        "wide bounds of merged parts",
+                        "no hits in merged parts",
+                    ];
                     self.bounds(name, &judge, &part, kinds);
                     parts.insert(at, part);
                 }
-                Err(MergeError::Missing { .. }) => both.into_iter().for_each(|part| parts.insert(at, part)),
+                Err(MergeError::Missing { .. }) => {
+                    both.into_iter().for_each(|part| parts.insert(at, part))
+                }
                 Err(error) => self.note("merges in steps", 1, || format!("{name}: {error}")),
             }
         }
-        let merge = Merge::new(&parts, Some(whole)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let merge =
+            Merge::new(&parts, Some(whole)).unwrap_or_else(|error| panic!("{name}: {error}"));
         let band = match merge.check_gaps().and_then(|()| merge.band(whole)) {
             Ok(band) => band,
             Err(error) => return self.note("merges", 1, || format!("{name}: {error}")),
@@ -368,7 +422,8 @@ impl Findings {
             return;
         }
         let bits = |plane: &[f32]| plane.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
-        let other = depths(merge.scene(), merge.truth(), whole, &band.ids).map(|plane| bits(&plane));
+        let other =
+            depths(merge.scene(), merge.truth(), whole, &band.ids).map(|plane| bits(&plane));
         self.note("depths of merges", usize::from(other != Ok(bits(&depth))), || name.clone());
         let png = |scene: &Scene, ids: &[i32]| {
             let mut bytes = Vec::new();
@@ -379,7 +434,9 @@ impl Findings {
         self.note("pictures of merges", usize::from(differ), || name.clone());
         let again = again(folder, &parts);
         let differ = contents(&again) != contents(&one);
-        self.note("bounds of merges that are not those of one run", usize::from(differ), || name.clone());
+        self.note("bounds of merges that are not those of one run", usize::from(differ), || {
+            name.clone()
+        });
     }
 }
 
@@ -403,9 +460,17 @@ fn strips(random: &mut Random, whole: Region, count: usize) -> Vec<Region> {
     let length = if down { whole.height } else { whole.width };
     let strip = |cut: Range<usize>| {
         let (start, length) = (cut.start as u32, cut.len() as u32);
-        if down { Region { y: start, height: length, ..whole } } else { Region { x: start, width: length, ..whole } }
+        if down {
+            Region { y: start, height: length, ..whole }
+        } else {
+            Region { x: start, width: length, ..whole }
+        }
     };
-    cuts(random, length as usize, count).into_iter().filter(|cut| !cut.is_empty()).map(strip).collect()
+    cuts(random, length as usize, count)
+        .into_iter()
+        .filter(|cut| !cut.is_empty())
+        .map(strip)
+        .collect()
 }
 
 /// Bounds, depths, parts and merges of scenes from all of the range of f64, against the judge.
@@ -424,7 +489,8 @@ fn extreme_scenes_in_parts_are_the_judges() {
                 return findings;
             }
             // What panics is one more fault, and the next scene is looked at all the same.
-            let look = std::panic::AssertUnwindSafe(|| findings.look(folder.path(), &mut device, seed));
+            let look =
+                std::panic::AssertUnwindSafe(|| findings.look(folder.path(), &mut device, seed));
             if std::panic::catch_unwind(look).is_err() {
                 findings.note("panics", 1, || format!("extreme, seed {seed}"));
             }
@@ -437,8 +503,8 @@ fn extreme_scenes_in_parts_are_the_judges() {
     });
     let Findings { wrong, hits, zero, beyond_f32, beyond_f64, subnormal, ties } = &findings;
     println!(
-        "{} scenes, {hits} hits: {zero} at distance 0, {subnormal} below normal f64, {beyond_f32} beyond f32, {beyond_f64} \
-         beyond f64; {ties} pairs were too close for their bounds",
+        "{} scenes, {hits} hits: {zero} at distance 0, {subnormal} below normal f64, {beyond_f32} \
+         beyond f32, {beyond_f64} beyond f64; {ties} pairs were too close for their bounds",
         seeds.end - seeds.start
     );
     let list: Vec<String> = wrong
@@ -469,18 +535,24 @@ fn altered(
         radius: part.spheres.radius(at),
         color: part.spheres.color(at),
     };
-    writer.finish(part.indices.iter().enumerate().map(|(at, &index)| (index, sphere(index, number(at))))).unwrap();
+    writer
+        .finish(
+            part.indices.iter().enumerate().map(|(at, &index)| (index, sphere(index, number(at)))),
+        )
+        .unwrap();
     fs::write(folder.join("altered.npz"), &bytes).unwrap();
     bytes
 }
 
-/// A part that contradicts itself is refused, by its name and with the fix; and no false bound changes what is seen.
+/// A part that contradicts itself is refused, by its name and with the fix; and no false bound
+/// changes what is seen.
 #[test]
 fn parts_that_lie_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
-    // One before the other, and in the second part one behind both that begins among them, and a small one at the side.
+    // One before the other, and in the second part one behind both that begins among them, and a
+    // small one at the side.
     let spheres = [
         corpus::ball([5.0, 0.0, 0.0], 2.0),
         corpus::ball([3.5, 0.0, 0.0], 1.0),
@@ -509,11 +581,17 @@ fn parts_that_lie_are_refused() {
             let both = if last { [second, part] } else { [part, second] };
             let merge = Merge::new(&both, None).map_err(|error| error.to_string())?;
             let ids = merge.band(whole).map_err(|error| error.to_string())?.ids;
-            Ok(ids.iter().map(|&k| usize::try_from(k).map_or(-1, |k| merge.indices()[k] as i32)).collect())
+            Ok(ids
+                .iter()
+                .map(|&k| usize::try_from(k).map_or(-1, |k| merge.indices()[k] as i32))
+                .collect())
         };
         let same = |_: u64, sphere: Sphere| sphere;
         for last in [false, true] {
-            assert_eq!(merged(&altered(folder, &first, |_, pixel| pixel, same), last), Ok(want.clone()));
+            assert_eq!(
+                merged(&altered(folder, &first, |_, pixel| pixel, same), last),
+                Ok(want.clone())
+            );
         }
         let middle = truth.iter().position(|&(id, _)| id == 1).unwrap();
         assert!(contents(&second)[middle].0 == 2, "the parts compete");
@@ -541,14 +619,18 @@ fn parts_that_lie_are_refused() {
             let bytes = altered(folder, &first, |k, pixel| if k == at { to } else { pixel }, same);
             for last in [false, true] {
                 let error = merged(&bytes, last).unwrap_err();
-                for word in ["part.npz", words, "write it again with `planisphere render SCENE --visibility FILE.npz`"]
-                {
+                for word in [
+                    "part.npz",
+                    words,
+                    "write it again with `planisphere render SCENE --visibility FILE.npz`",
+                ] {
                     assert!(error.contains(word), "{projection:?}, {to:?}: {error} lacks {word:?}");
                 }
                 lies += 1;
             }
         }
-        // A hair off where parts compete: it is found out when it is compared, and changes nothing when it is not.
+        // A hair off where parts compete: it is found out when it is compared, and changes nothing
+        // when it is not.
         for bounds in [
             [high * (1.0 + 1e-9), high * (1.0 + 2e-9)],
             [low * (1.0 - 2e-9), low * (1.0 - 1e-9)],
@@ -557,14 +639,18 @@ fn parts_that_lie_are_refused() {
             [low, f64::MAX],
         ] {
             let to = Pixel { id: 1, bounds };
-            let bytes = altered(folder, &first, |k, pixel| if k == middle { to } else { pixel }, same);
+            let bytes =
+                altered(folder, &first, |k, pixel| if k == middle { to } else { pixel }, same);
             if let Ok(ids) = merged(&bytes, false) {
                 assert!(ids == want, "{projection:?}, {bounds:?}");
             }
             let holds = bounds[0] <= low && high <= bounds[1];
             match merged(&bytes, true) {
                 Ok(ids) => assert!(holds && ids == want, "{projection:?}, {bounds:?}"),
-                Err(error) => assert!(!holds && error.contains("as far away"), "{projection:?}, {bounds:?}: {error}"),
+                Err(error) => assert!(
+                    !holds && error.contains("as far away"),
+                    "{projection:?}, {bounds:?}: {error}"
+                ),
             }
             lies += 1;
         }
@@ -582,8 +668,12 @@ fn parts_that_lie_are_refused() {
             ("cannot be", |s| Sphere { center: DVec3::new(3.5, 0.0, 0.0), radius: 1.0, ..s }),
         ] {
             let sphere = |index: u64, s: Sphere| if index == 0 { change(s) } else { s };
-            let error = merged(&altered(folder, &first, |_, pixel| pixel, sphere), false).unwrap_err();
-            assert!(error.contains("part.npz") && error.contains(word), "{projection:?}: {error} lacks {word:?}");
+            let error =
+                merged(&altered(folder, &first, |_, pixel| pixel, sphere), false).unwrap_err();
+            assert!(
+                error.contains("part.npz") && error.contains(word),
+                "{projection:?}: {error} lacks {word:?}"
+            );
             lies += 1;
         }
     }
@@ -591,25 +681,36 @@ fn parts_that_lie_are_refused() {
     assert!(lies >= 80, "{lies}");
 }
 
-/// The scenes of the fault that was found first, by the command line: parts merge to the files of one run, and no hit is infinitely far.
+/// The scenes of the fault that was found first, by the command line: parts merge to the files of
+/// one run, and no hit is infinitely far.
 #[test]
 fn surfaces_in_the_plane_of_the_camera_merge() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     for (name, camera, side, planet, front) in [
-        ("planet", "width = 0.02", 16, "[6.4e6, 5e-324, 0.0]\nradius = 6.4e6", "[0.02, 0.0, 0.0]\nradius = 0.008"),
+        (
+            "planet",
+            "width = 0.02",
+            16,
+            "[6.4e6, 5e-324, 0.0]\nradius = 6.4e6",
+            "[0.02, 0.0, 0.0]\nradius = 0.008",
+        ),
         (
             "large",
             "width = 8796093022208.0\nheight = 8796093022208.0",
             8,
-            "[1267650600228229401496703205376.0, 5e-324, 0.0]\nradius = 1267650600228229401496703205376.0",
+            "[1267650600228229401496703205376.0, 5e-324, 0.0]\nradius = \
+             1267650600228229401496703205376.0",
             "[35184372088832.0, 0.0, 0.0]\nradius = 4398046511104.0",
         ),
     ] {
         let scene = |file: &str, spheres: &[&str]| {
-            let spheres: String = spheres.iter().map(|numbers| format!("[[sphere]]\ncenter = {numbers}\n")).collect();
-            let head =
-                format!("[camera]\nview = [1.0, 0.0, 0.0]\n{camera}\n[image]\nwidth = {side}\nheight = {side}\n");
+            let spheres: String =
+                spheres.iter().map(|numbers| format!("[[sphere]]\ncenter = {numbers}\n")).collect();
+            let head = format!(
+                "[camera]\nview = [1.0, 0.0, 0.0]\n{camera}\n[image]\nwidth = {side}\nheight = \
+                 {side}\n"
+            );
             fs::write(folder.join(file), head + &spheres).unwrap();
         };
         scene("w.toml", &[planet, front]);
@@ -619,20 +720,30 @@ fn surfaces_in_the_plane_of_the_camera_merge() {
             let draw = |scene: &str, more: &[&str]| {
                 succeed(folder, &[&["render", scene, "--device", device, "-o"], more].concat());
             };
-            draw("w.toml", &["w.png", "--ids", "w.npy", "--depth", "wd.npy", "--visibility", "w.npz"]);
+            draw(
+                "w.toml",
+                &["w.png", "--ids", "w.npy", "--depth", "wd.npy", "--visibility", "w.npz"],
+            );
             draw("a.toml", &["none", "--visibility", "a.npz"]);
             draw("b.toml", &["none", "--visibility", "b.npz", "--first-index", "1"]);
-            let outputs = ["-o", "m.png", "--ids", "m.npy", "--depth", "md.npy", "--visibility", "m.npz"];
+            let outputs =
+                ["-o", "m.png", "--ids", "m.npy", "--depth", "md.npy", "--visibility", "m.npz"];
             for parts in [["a.npz", "b.npz"], ["b.npz", "a.npz"]] {
                 succeed(folder, &[&["merge"], &parts[..], &outputs].concat());
-                for (one, merged) in [("w.png", "m.png"), ("w.npy", "m.npy"), ("wd.npy", "md.npy"), ("w.npz", "m.npz")]
-                {
-                    let [one, merged] = [one, merged].map(|file| fs::read(folder.join(file)).unwrap());
+                for (one, merged) in [
+                    ("w.png", "m.png"),
+                    ("w.npy", "m.npy"),
+                    ("wd.npy", "md.npy"),
+                    ("w.npz", "m.npz"),
+                ] {
+                    let [one, merged] =
+                        [one, merged].map(|file| fs::read(folder.join(file)).unwrap());
                     assert!(one == merged, "{name} on {device}: other bytes than one run's");
                 }
             }
             let depths = fs::read(folder.join("wd.npy")).unwrap();
-            let depths = depths[128..].as_chunks::<4>().0.iter().map(|&bytes| f32::from_le_bytes(bytes));
+            let depths =
+                depths[128..].as_chunks::<4>().0.iter().map(|&bytes| f32::from_le_bytes(bytes));
             assert!(depths.clone().all(f32::is_finite), "{name} on {device}: every pixel hits");
             assert_eq!(depths.count(), side * side);
         }
@@ -662,8 +773,12 @@ fn bounds_are_narrow() {
             let sphere = spheres[id as usize];
             let f = sphere.center - ray.origin;
             let (a, b) = (ray.direction.length_squared(), ray.direction.dot(f));
-            let t = (b - (b * b - a * (f.length_squared() - sphere.radius * sphere.radius)).sqrt()) / a;
-            assert!(low < t && t < high && high - low < 1e-11 * t, "{projection:?}: {low} {t} {high}");
+            let t =
+                (b - (b * b - a * (f.length_squared() - sphere.radius * sphere.radius)).sqrt()) / a;
+            assert!(
+                low < t && t < high && high - low < 1e-11 * t,
+                "{projection:?}: {low} {t} {high}"
+            );
         }
         assert!(hits > 30);
     }
@@ -695,8 +810,8 @@ fn fail(folder: &Path, args: &[&str], code: i32, words: &[&str]) {
 /// Scene files of runs of spheres, with one camera, from inside a sphere or from before them.
 fn scene_file(path: &Path, projection: Projection, origin: DVec3, spheres: &[Sphere]) {
     let mut text = format!(
-        "[camera]\nprojection = '{}'\norigin = [{:?}, {:?}, {:?}]\nview = [1, -0.5, 0.25]\nheight = {}\n\
-         [image]\nwidth = 96\nheight = 70\nbackground = '#0a141e'\n",
+        "[camera]\nprojection = '{}'\norigin = [{:?}, {:?}, {:?}]\nview = [1, -0.5, 0.25]\nheight \
+         = {}\n[image]\nwidth = 96\nheight = 70\nbackground = '#0a141e'\n",
         if projection == Projection::Perspective { "perspective" } else { "orthographic" },
         origin.x,
         origin.y,
@@ -718,7 +833,8 @@ fn tricky() -> Vec<Sphere> {
     let mut random = Random::new(5);
     let mut spheres: Vec<Sphere> =
         (0..60).map(|_| corpus::ball(random.ball() * 3.0, random.between(0.2, 0.9))).collect();
-    // The same under another index; the same but for one bit; mirrored about the plane that holds the view's line.
+    // The same under another index; the same but for one bit; mirrored about the plane that holds
+    // the view's line.
     spheres.extend(spheres.clone().iter().rev().take(30));
     for k in 0..30 {
         let mut near = spheres[k];
@@ -763,7 +879,10 @@ fn four_machines_give_the_files_of_one() {
         let Setup { folder, spheres } = setup(projection, origin);
         let folder = folder.path();
         let step = spheres.div_ceil(4);
-        succeed(folder, &["render", "all.toml", "-o", "w.png", "--ids", "wi.npy", "--depth", "wd.npy"]);
+        succeed(
+            folder,
+            &["render", "all.toml", "-o", "w.png", "--ids", "wi.npy", "--depth", "wd.npy"],
+        );
         let whole = read_all(folder, ["w.png", "wi.npy", "wd.npy"]);
         let regions = ["0,0,50,33", "50,0,46,33", "0,33,50,37", "50,33,46,37"];
         for k in 0..4 {
@@ -777,11 +896,26 @@ fn four_machines_give_the_files_of_one() {
             draw("all.toml", &format!("r{k}.npz"), &["--region", regions[k]]);
             draw(&name, &format!("a{k}.npz"), &["--first-index", &first, "--region", "0,0,96,21"]);
         }
-        succeed(folder, &["render", "all.toml", "-o", "none", "--visibility", "rest.npz", "--region", "0,21,96,49"]);
+        succeed(
+            folder,
+            &[
+                "render",
+                "all.toml",
+                "-o",
+                "none",
+                "--visibility",
+                "rest.npz",
+                "--region",
+                "0,21,96,49",
+            ],
+        );
         let outputs = ["-o", "m.png", "--ids", "mi.npy", "--depth", "md.npy"];
         let check = |parts: &[&str], what: &str| {
             succeed(folder, &[&["merge"], parts, &outputs].concat());
-            assert!(read_all(folder, ["m.png", "mi.npy", "md.npy"]) == whole, "{projection:?} {origin}: {what}");
+            assert!(
+                read_all(folder, ["m.png", "mi.npy", "md.npy"]) == whole,
+                "{projection:?} {origin}: {what}"
+            );
         };
         check(&["s2.npz", "s0.npz", "s3.npz", "s1.npz"], "parts of the spheres");
         check(&["r3.npz", "r1.npz", "r0.npz", "r2.npz"], "parts of the picture");
@@ -790,7 +924,20 @@ fn four_machines_give_the_files_of_one() {
             succeed(folder, &[&["merge", "-o", "none", "--visibility", out], &parts[..]].concat());
         }
         check(&["t1.npz", "t0.npz"], "a tree");
-        succeed(folder, &["merge", "s0.npz", "s1.npz", "s2.npz", "s3.npz", "-o", "none", "--visibility", "all.npz"]);
+        succeed(
+            folder,
+            &[
+                "merge",
+                "s0.npz",
+                "s1.npz",
+                "s2.npz",
+                "s3.npz",
+                "-o",
+                "none",
+                "--visibility",
+                "all.npz",
+            ],
+        );
         check(&["all.npz"], "one part that is all");
         // The part that one run writes is the part that is merged.
         succeed(folder, &["render", "all.toml", "-o", "none", "--visibility", "one.npz"]);
@@ -800,11 +947,21 @@ fn four_machines_give_the_files_of_one() {
         let region = ["--region", "40,20,30,40"];
         succeed(
             folder,
-            &[&["render", "all.toml", "-o", "w.png", "--ids", "wi.npy", "--depth", "wd.npy"][..], &region].concat(),
+            &[
+                &["render", "all.toml", "-o", "w.png", "--ids", "wi.npy", "--depth", "wd.npy"][..],
+                &region,
+            ]
+            .concat(),
         );
         let part = read_all(folder, ["w.png", "wi.npy", "wd.npy"]);
-        succeed(folder, &[&["merge", "s0.npz", "s1.npz", "s2.npz", "s3.npz"][..], &outputs, &region].concat());
-        assert!(read_all(folder, ["m.png", "mi.npy", "md.npy"]) == part, "{projection:?} {origin}: a region");
+        succeed(
+            folder,
+            &[&["merge", "s0.npz", "s1.npz", "s2.npz", "s3.npz"][..], &outputs, &region].concat(),
+        );
+        assert!(
+            read_all(folder, ["m.png", "mi.npy", "md.npy"]) == part,
+            "{projection:?} {origin}: a region"
+        );
     }
 }
 
@@ -831,21 +988,50 @@ fn parts_that_do_not_fit_are_refused() {
         &["s0.npz and s0.npz", &format!("spheres 0 to {}", step - 1), "--first-index"],
     );
     render("part-1.toml", "late.npz", &["--first-index", &(step - 3).to_string()]);
-    fail(folder, &["merge", n[0], "late.npz"], 2, &[&format!("both hold spheres {} to {}", step - 3, step - 1)]);
-    fail(folder, &["merge", n[0], n[2], n[3]], 2, &[&format!("no part holds spheres {step} to {}", 2 * step - 1)]);
-    fail(folder, &["merge", n[1], n[2], n[3]], 2, &[&format!("no part holds spheres 0 to {}", step - 1)]);
+    fail(
+        folder,
+        &["merge", n[0], "late.npz"],
+        2,
+        &[&format!("both hold spheres {} to {}", step - 3, step - 1)],
+    );
+    fail(
+        folder,
+        &["merge", n[0], n[2], n[3]],
+        2,
+        &[&format!("no part holds spheres {step} to {}", 2 * step - 1)],
+    );
+    fail(
+        folder,
+        &["merge", n[1], n[2], n[3]],
+        2,
+        &[&format!("no part holds spheres 0 to {}", step - 1)],
+    );
     render("all.toml", "top.npz", &["--region", "0,0,96,30"]);
     render("all.toml", "left.npz", &["--region", "0,30,40,40"]);
     fail(folder, &["merge", "top.npz", "left.npz"], 2, &["region 40,30,56,40", "--region"]);
-    fail(folder, &["merge", "top.npz", "left.npz", "-o", "none", "--visibility", "x.npz"], 2, &["region 40,30,56,40"]);
+    fail(
+        folder,
+        &["merge", "top.npz", "left.npz", "-o", "none", "--visibility", "x.npz"],
+        2,
+        &["region 40,30,56,40"],
+    );
     succeed(folder, &["merge", "top.npz", "left.npz", "--region", "10,5,30,60"]);
     render("part-0.toml", "corner.npz", &["--region", "40,30,56,40"]);
     let words = [format!("spheres {step} to {}", spheres - 1), "region 40,30,56,40".into()];
-    fail(folder, &["merge", "top.npz", "left.npz", "corner.npz"], 2, &words.each_ref().map(String::as_str));
+    fail(
+        folder,
+        &["merge", "top.npz", "left.npz", "corner.npz"],
+        2,
+        &words.each_ref().map(String::as_str),
+    );
 
     // Other views: each names what differs.
     for (name, more, field) in [
-        ("size", &["--size", "96x71"][..], "the size of the image is 96 x 70 in the first, 96 x 71 in the second"),
+        (
+            "size",
+            &["--size", "96x71"][..],
+            "the size of the image is 96 x 70 in the first, 96 x 71 in the second",
+        ),
         ("origin", &[], "the camera's origin"),
         ("near", &[], "near is 0 in the first, 0.5"),
         ("far", &[], "far is inf in the first, 50"),
@@ -875,7 +1061,9 @@ fn parts_that_do_not_fit_are_refused() {
     fail(folder, &["merge", "nothing.npz"], 2, &["nothing.npz: no such file"]);
     fail(folder, &["merge", "all.toml"], 2, &["all.toml", "no part of a picture", "--visibility"]);
     let bytes = fs::read(folder.join("s0.npz")).unwrap();
-    for (k, at) in [0, 200, bytes.len() / 3, bytes.len() / 2, bytes.len() - 300].into_iter().enumerate() {
+    for (k, at) in
+        [0, 200, bytes.len() / 3, bytes.len() / 2, bytes.len() - 300].into_iter().enumerate()
+    {
         let mut flipped = bytes.clone();
         flipped[at] ^= 0x40;
         let name = format!("flipped-{k}.npz");
@@ -885,7 +1073,10 @@ fn parts_that_do_not_fit_are_refused() {
         fail(folder, &["merge", "cut.npz", n[1], n[2], n[3]], 2, &["cut.npz"]);
         fs::remove_file(folder.join("cut.npz")).unwrap();
     }
-    assert!(!folder.join("merged.png").exists() || fs::metadata(folder.join("merged.png")).unwrap().len() > 0);
+    assert!(
+        !folder.join("merged.png").exists()
+            || fs::metadata(folder.join("merged.png")).unwrap().len() > 0
+    );
     fail(folder, &["render", "all.toml", "--first-index", "7"], 2, &["--visibility"]);
     fail(folder, &["merge", n[0], "-o", "x", "--visibility", "x"], 2, &["both write x"]);
     fail(folder, &["merge", n[0], "-o", "none"], 2, &["nothing to do"]);
@@ -902,11 +1093,30 @@ fn indices_beyond_32_bits_and_parts_of_nothing() {
     let first = (1u64 << 40).to_string();
     succeed(
         folder,
-        &["render", "part-0.toml", "-o", "none", "--ids", "i.npy", "--visibility", "far.npz", "--first-index", &first],
+        &[
+            "render",
+            "part-0.toml",
+            "-o",
+            "none",
+            "--ids",
+            "i.npy",
+            "--visibility",
+            "far.npz",
+            "--first-index",
+            &first,
+        ],
     );
-    succeed(folder, &["render", "empty.toml", "-o", "none", "--visibility", "empty.npz", "--first-index", "5"]);
+    succeed(
+        folder,
+        &["render", "empty.toml", "-o", "none", "--visibility", "empty.npz", "--first-index", "5"],
+    );
     // Indices below the first are in no part; the merged part is of what there is.
-    fail(folder, &["merge", "far.npz", "empty.npz"], 2, &["no part holds spheres 0 to 1099511627775"]);
+    fail(
+        folder,
+        &["merge", "far.npz", "empty.npz"],
+        2,
+        &["no part holds spheres 0 to 1099511627775"],
+    );
     succeed(folder, &["merge", "empty.npz", "far.npz", "-o", "none", "--visibility", "both.npz"]);
     let part = |name: &str| load::part(&folder.join(name)).unwrap();
     let (far, both) = (part("far.npz"), part("both.npz"));
@@ -918,7 +1128,15 @@ fn indices_beyond_32_bits_and_parts_of_nothing() {
     assert_eq!(fs::read(folder.join("m.png")).unwrap(), fs::read(folder.join("w.png")).unwrap());
     let parts = [part("empty.npz")];
     assert!(matches!(Merge::new(&[], None), Err(MergeError::Nothing)));
-    assert!(Merge::new(&parts, None).unwrap().band(parts[0].meta.region).unwrap().ids.iter().all(|&id| id == -1));
+    assert!(
+        Merge::new(&parts, None)
+            .unwrap()
+            .band(parts[0].meta.region)
+            .unwrap()
+            .ids
+            .iter()
+            .all(|&id| id == -1)
+    );
 }
 
 /// The archive is what its description says, array by array, as NumPy writes headers.
@@ -926,9 +1144,13 @@ fn indices_beyond_32_bits_and_parts_of_nothing() {
 fn the_archive_is_as_described() {
     let Setup { folder, spheres } = setup(Projection::Perspective, DVec3::new(-6.0, 3.0, -1.5));
     let folder = folder.path();
-    succeed(folder, &["render", "all.toml", "-o", "none", "--ids", "i.npy", "--visibility", "p.npz"]);
+    succeed(
+        folder,
+        &["render", "all.toml", "-o", "none", "--ids", "i.npy", "--visibility", "p.npz"],
+    );
     let ids = fs::read(folder.join("i.npy")).unwrap();
-    let ids: Vec<i32> = ids[128..].as_chunks::<4>().0.iter().map(|&b| i32::from_le_bytes(b)).collect();
+    let ids: Vec<i32> =
+        ids[128..].as_chunks::<4>().0.iter().map(|&b| i32::from_le_bytes(b)).collect();
     let seen: std::collections::BTreeSet<i32> = ids.iter().copied().filter(|&id| id >= 0).collect();
     let m = seen.len();
     let mut archive = zip::ZipArchive::new(fs::File::open(folder.join("p.npz")).unwrap()).unwrap();
@@ -943,23 +1165,40 @@ fn the_archive_is_as_described() {
         assert!(bytes.starts_with(b"\x93NUMPY\x01\x00"));
         let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
         let header = std::str::from_utf8(&bytes[10..start]).unwrap().trim_end().to_owned();
-        assert_eq!(header, format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}"), "{name}");
+        assert_eq!(
+            header,
+            format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}"),
+            "{name}"
+        );
         bytes.split_off(start)
     };
     let pixels = array("pixels", "[('id', '<i4'), ('low', '<f8'), ('high', '<f8')]", "(70, 96)");
-    let first: Vec<i32> =
-        pixels.as_chunks::<20>().0.iter().map(|r| i32::from_le_bytes([r[0], r[1], r[2], r[3]])).collect();
+    let first: Vec<i32> = pixels
+        .as_chunks::<20>()
+        .0
+        .iter()
+        .map(|r| i32::from_le_bytes([r[0], r[1], r[2], r[3]]))
+        .collect();
     assert_eq!((pixels.len(), &first), (70 * 96 * 20, &ids));
-    let integers = |bytes: Vec<u8>| bytes.as_chunks::<8>().0.iter().map(|&b| i64::from_le_bytes(b)).collect::<Vec<_>>();
-    let reals = |bytes: Vec<u8>| bytes.as_chunks::<8>().0.iter().map(|&b| f64::from_le_bytes(b)).collect::<Vec<_>>();
+    let integers = |bytes: Vec<u8>| {
+        bytes.as_chunks::<8>().0.iter().map(|&b| i64::from_le_bytes(b)).collect::<Vec<_>>()
+    };
+    let reals = |bytes: Vec<u8>| {
+        bytes.as_chunks::<8>().0.iter().map(|&b| f64::from_le_bytes(b)).collect::<Vec<_>>()
+    };
     assert!(
-        integers(array("indices", "'<i8'", &format!("({m},)"))).into_iter().eq(seen.iter().map(|&id| i64::from(id)))
+        integers(array("indices", "'<i8'", &format!("({m},)")))
+            .into_iter()
+            .eq(seen.iter().map(|&id| i64::from(id)))
     );
     let scene = load::load(&folder.join("all.toml")).unwrap().scene;
     let all = |f: &dyn Fn(Sphere) -> Vec<f64>| {
         seen.iter().flat_map(|&id| f(scene.sphere(id as usize).unwrap())).collect::<Vec<_>>()
     };
-    assert_eq!(reals(array("centers", "'<f8'", &format!("({m}, 3)"))), all(&|s| s.center.to_array().to_vec()));
+    assert_eq!(
+        reals(array("centers", "'<f8'", &format!("({m}, 3)"))),
+        all(&|s| s.center.to_array().to_vec())
+    );
     assert_eq!(reals(array("radii", "'<f8'", &format!("({m},)"))), all(&|s| vec![s.radius]));
     assert_eq!(array("colors", "'|u1'", &format!("({m}, 3)")).len(), 3 * m);
     assert_eq!(integers(array("ranges", "'<i8'", "(1, 2)")), [0, spheres as i64]);

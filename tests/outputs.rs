@@ -45,7 +45,8 @@ colors = 'k.npy'
 fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     let header = format!("{header:<117}\n");
-    [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes(), data].concat()
+    [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes(), data]
+        .concat()
 }
 
 /// What every folder begins with.
@@ -56,7 +57,8 @@ fn template() -> &'static Path {
         let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
         write("s.toml", SCENE.as_bytes());
         write("n.toml", ARRAYS.as_bytes());
-        let floats = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>();
+        let floats =
+            |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>();
         write("c.npy", &npy("<f4", "(2, 3)", &floats(&[0.0, 0.0, 0.0, 1.0, 2.0, 3.0])));
         write("r.npy", &npy("<f4", "(2,)", &floats(&[1.0, 0.5])));
         write("k.npy", &npy("|u1", "(2, 3)", &[255, 0, 0, 0, 0, 255]));
@@ -74,7 +76,11 @@ fn template() -> &'static Path {
 
 fn shell(folder: &Path, script: &str) -> Output {
     let mut command = Command::new("sh");
-    command.args(["-c", script]).current_dir(folder).env("P", env!("CARGO_BIN_EXE_planisphere")).env_remove("NO_COLOR");
+    command
+        .args(["-c", script])
+        .current_dir(folder)
+        .env("P", env!("CARGO_BIN_EXE_planisphere"))
+        .env_remove("NO_COLOR");
     command.stdin(Stdio::null()).output().expect("there is a shell")
 }
 
@@ -83,7 +89,8 @@ fn shell(folder: &Path, script: &str) -> Output {
 struct Case(&'static str, i32, &'static [&'static str], &'static str);
 
 /// Whether the inputs are as they were, and no temporary file is left.
-const KEPT: &str = "for f in s.toml n.toml c.npy r.npy k.npy p.npz q.npz; do cmp $f $T/$f || exit 1; done
+const KEPT: &str =
+    "for f in s.toml n.toml c.npy r.npy k.npy p.npz q.npz; do cmp $f $T/$f || exit 1; done
     ! ls -A | grep planisphere-";
 
 fn try_all(cases: &[Case]) {
@@ -92,7 +99,11 @@ fn try_all(cases: &[Case]) {
         let copy = format!("cp -p {}/* .", template().display());
         assert!(shell(folder.path(), &copy).status.success());
         let output = shell(folder.path(), script);
-        let said = format!("{}{}", String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout));
+        let said = format!(
+            "{}{}",
+            String::from_utf8_lossy(&output.stderr),
+            String::from_utf8_lossy(&output.stdout)
+        );
         assert_eq!(output.status.code(), Some(*code), "{script}: {said}");
         for word in *words {
             assert!(said.contains(word), "{script}: lacks {word:?}: {said}");
@@ -114,21 +125,57 @@ fn one_file_under_two_names_is_refused() {
     try_all(&[
         Case("$P render s.toml -o a.png --ids ./a.png", 2, &["name it"], "! test -e a.png"),
         Case("$P render s.toml -o a --ids ./a", 2, &["both write", "two names"], "! test -e a"),
-        Case("touch a; ln -s a l; $P render s.toml -o a --ids l", 2, &["both write one file, a and l"], "! test -s a"),
-        Case("ln -s nowhere l; $P render s.toml -o nowhere --ids l", 2, &["both write one file"], "! test -e nowhere"),
-        Case("touch a; ln a h; $P render s.toml -o a --depth h", 2, &["both write one file"], "! test -s a"),
-        Case("mkdir d; ln -s d e; $P render s.toml --ids d/x.npy --depth e/x.npy", 2, &["one file"], "! test -e s.png"),
-        Case("$P render s.toml --ids x.npy --depth $PWD/x.npy", 2, &["one file"], "! test -e s.png"),
+        Case(
+            "touch a; ln -s a l; $P render s.toml -o a --ids l",
+            2,
+            &["both write one file, a and l"],
+            "! test -s a",
+        ),
+        Case(
+            "ln -s nowhere l; $P render s.toml -o nowhere --ids l",
+            2,
+            &["both write one file"],
+            "! test -e nowhere",
+        ),
+        Case(
+            "touch a; ln a h; $P render s.toml -o a --depth h",
+            2,
+            &["both write one file"],
+            "! test -s a",
+        ),
+        Case(
+            "mkdir d; ln -s d e; $P render s.toml --ids d/x.npy --depth e/x.npy",
+            2,
+            &["one file"],
+            "! test -e s.png",
+        ),
+        Case(
+            "$P render s.toml --ids x.npy --depth $PWD/x.npy",
+            2,
+            &["one file"],
+            "! test -e s.png",
+        ),
         Case("$P render s.toml -o a --stats > a", 2, &["-o", "--stats", "one file"], "! test -s a"),
         Case("$P render s.toml -o - --stats", 2, &["both want standard output"], "true"),
         Case("$P render s.toml -o /dev/stdout --ids -", 2, &["both want standard output"], "true"),
-        Case("$P render s.toml -o /dev/fd/3 --ids /proc/self/fd/3 3>a", 2, &["both want"], "! test -s a"),
-        Case("$P render s.toml -o /dev/fd/3 --ids /dev/fd/4 3>a 4>>a", 2, &["one file"], "! test -s a"),
+        Case(
+            "$P render s.toml -o /dev/fd/3 --ids /proc/self/fd/3 3>a",
+            2,
+            &["both want"],
+            "! test -s a",
+        ),
+        Case(
+            "$P render s.toml -o /dev/fd/3 --ids /dev/fd/4 3>a 4>>a",
+            2,
+            &["one file"],
+            "! test -s a",
+        ),
         Case("$P render s.toml -o /dev/fd/3 --ids a 3>a", 2, &["one file"], "! test -s a"),
         Case("$P merge p.npz q.npz -o a --ids ./a", 2, &["both write one file"], "! test -e a"),
         Case("$P merge p.npz q.npz -o a --stats > a", 2, &["one file"], "! test -s a"),
         Case(
-            "mkdir m; touch m/r; ln -s r m/centers.npy; ln -s r m/radii.npy; $P make cloud m --force",
+            "mkdir m; touch m/r; ln -s r m/centers.npy; ln -s r m/radii.npy; $P make cloud m \
+             --force",
             2,
             &["centers.npy and radii.npy both write one file"],
             "! test -s m/r",
@@ -153,13 +200,33 @@ fn no_input_is_replaced() {
             &["would replace c.npy", "r.npy", "k.npy"],
             "true",
         ),
-        Case("ln -s c.npy l.npy; $P render n.toml -o none --ids l.npy", 2, &["c.npy, an input"], "true"),
+        Case(
+            "ln -s c.npy l.npy; $P render n.toml -o none --ids l.npy",
+            2,
+            &["c.npy, an input"],
+            "true",
+        ),
         Case("ln c.npy h; $P render n.toml -o h", 2, &["c.npy, an input"], "true"),
         Case("$P merge p.npz q.npz -o none --visibility p.npz", 2, &["p.npz, an input"], "true"),
         Case("ln -s q.npz l; $P merge p.npz q.npz -o l", 2, &["q.npz, an input"], "true"),
-        Case("cp s.toml s; $P render s -o none --stats >> s", 2, &["sent into s, an input"], "cmp s s.toml"),
-        Case("cp s.toml s; $P render s --explain >> s", 2, &["sent into s, an input"], "cmp s s.toml"),
-        Case("cp s.toml s; $P render s -o a.png 2>> s", 2, &["standard error goes into s"], "cmp s s.toml"),
+        Case(
+            "cp s.toml s; $P render s -o none --stats >> s",
+            2,
+            &["sent into s, an input"],
+            "cmp s s.toml",
+        ),
+        Case(
+            "cp s.toml s; $P render s --explain >> s",
+            2,
+            &["sent into s, an input"],
+            "cmp s s.toml",
+        ),
+        Case(
+            "cp s.toml s; $P render s -o a.png 2>> s",
+            2,
+            &["standard error goes into s"],
+            "cmp s s.toml",
+        ),
         Case(
             "cp c.npy C; sed s/c.npy/C/ n.toml > m.toml; $P render m.toml -o none --stats >> C",
             2,
@@ -230,10 +297,20 @@ fn streams_are_written_to_where_they_stand() {
         // Talk does not get between data.
         Case("$P render s.toml -o - > log 2>&1", 0, &[], "cmp log want.png"),
         Case("$P render s.toml -o - 2>&1 | cat > log", 0, &[], "cmp log want.png"),
-        Case("mkfifo f; cat f > a & $P render s.toml -o f && wait", 0, &[], "test -p f && cmp a want.png"),
+        Case(
+            "mkfifo f; cat f > a & $P render s.toml -o f && wait",
+            0,
+            &[],
+            "test -p f && cmp a want.png",
+        ),
         Case("$P render s.toml -o none --ids /dev/stdout > a", 0, &[], "cmp a ids.npy"),
         // What a stream holds is not replaced, either.
-        Case("echo before > log; $P render s.toml -o log 2>> log", 2, &[], "echo before | cmp - log"),
+        Case(
+            "echo before > log; $P render s.toml -o log 2>> log",
+            2,
+            &[],
+            "echo before | cmp - log",
+        ),
         Case(
             "echo before > log; $P render s.toml -o log >> log",
             2,
@@ -293,14 +370,24 @@ fn a_file_stays_what_it_is() {
             "cmp a.png want.png && test $(stat -c %a a.png) = 644",
         ),
         // Links.
-        Case("ln -s to.png l.png; $P render s.toml -o l.png", 0, &[], "test -h l.png && cmp to.png want.png"),
+        Case(
+            "ln -s to.png l.png; $P render s.toml -o l.png",
+            0,
+            &[],
+            "test -h l.png && cmp to.png want.png",
+        ),
         Case(
             "mkdir d; ln -s ../to.png d/m.png; ln -s d/m.png l.png; $P render s.toml -o l.png",
             0,
             &[],
             "test -h l.png && test -h d/m.png && test ! -h to.png && cmp to.png want.png",
         ),
-        Case("ln -s no/where.png l.png; $P render s.toml -o l.png", 4, &["there is no folder no"], "test -h l.png"),
+        Case(
+            "ln -s no/where.png l.png; $P render s.toml -o l.png",
+            4,
+            &["there is no folder no"],
+            "test -h l.png",
+        ),
         Case("ln -s l.png l.png; $P render s.toml -o l.png", 4, &["l.png"], "test -h l.png"),
         Case(
             "echo old > a.png; ln a.png b.png; $P render s.toml -o a.png",
@@ -330,19 +417,27 @@ fn a_file_stays_what_it_is() {
                 0,
                 "cmp a.png want.png && test $(stat -c %u:%a a.png) = 0:666",
             ),
-            ("head -c 9999 /dev/zero > a.png; chmod 666 a.png; $N $P render s.toml -o a.png", 0, "cmp a.png want.png"),
+            (
+                "head -c 9999 /dev/zero > a.png; chmod 666 a.png; $N $P render s.toml -o a.png",
+                0,
+                "cmp a.png want.png",
+            ),
             ("echo old > a.png; $N $P render s.toml -o a.png", 4, "echo old | cmp - a.png"),
             ("$N $P render s.toml -o a.png", 4, "! test -e a.png"),
             // Theirs to write in, not theirs to own: the owner stays.
             (
-                "mkdir d; chmod 777 d; touch d/a.png; chmod 666 d/a.png; $N $P render s.toml -o d/a.png",
+                "mkdir d; chmod 777 d; touch d/a.png; chmod 666 d/a.png; $N $P render s.toml -o \
+                 d/a.png",
                 0,
-                "cmp d/a.png want.png && test $(stat -c %u:%a d/a.png) = 0:666 && test $(ls -A d | wc -l) = 1",
+                "cmp d/a.png want.png && test $(stat -c %u:%a d/a.png) = 0:666 && test $(ls -A d \
+                 | wc -l) = 1",
             ),
             (
-                "mkdir d; chmod 1777 d; touch d/a.png; chmod 666 d/a.png; $N $P render s.toml -o d/a.png",
+                "mkdir d; chmod 1777 d; touch d/a.png; chmod 666 d/a.png; $N $P render s.toml -o \
+                 d/a.png",
                 0,
-                "cmp d/a.png want.png && test $(stat -c %u:%a d/a.png) = 0:666 && test $(ls -A d | wc -l) = 1",
+                "cmp d/a.png want.png && test $(stat -c %u:%a d/a.png) = 0:666 && test $(ls -A d \
+                 | wc -l) = 1",
             ),
         ];
         for (script, code, then) in cases {
@@ -372,12 +467,14 @@ fn attributes_stay() {
         return;
     }
     // Access for the user 61234: version 2, then tag, permissions and user of each entry.
-    let entries: [(u16, u16, u32); 5] = [(1, 6, !0), (2, 4, 61234), (4, 0, !0), (16, 4, !0), (32, 0, !0)];
+    let entries: [(u16, u16, u32); 5] =
+        [(1, 6, !0), (2, 4, 61234), (4, 0, !0), (16, 4, !0), (32, 0, !0)];
     let entry = |(tag, what, user): (u16, u16, u32)| {
         [&tag.to_le_bytes()[..], &what.to_le_bytes(), &user.to_le_bytes()].concat()
     };
     let list = [2u32.to_le_bytes().to_vec(), entries.map(entry).concat()].concat();
-    let lists = setxattr(at("a.png"), "system.posix_acl_access", &list, XattrFlags::empty()).is_ok();
+    let lists =
+        setxattr(at("a.png"), "system.posix_acl_access", &list, XattrFlags::empty()).is_ok();
     let output = shell(folder.path(), "$P render s.toml -o a.png");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(fs::read(at("a.png")).unwrap(), fs::read(template().join("want.png")).unwrap());
@@ -397,13 +494,15 @@ fn mount_points_are_written() {
     }
     try_all(&[
         Case(
-            "touch m.png src.png; unshare -m sh -c 'mount --bind src.png m.png && $P render s.toml -o m.png'",
+            "touch m.png src.png; unshare -m sh -c 'mount --bind src.png m.png && $P render \
+             s.toml -o m.png'",
             0,
             &[],
             "cmp src.png want.png",
         ),
         Case(
-            "echo longer than the picture is, by far, so that it must be cut > src.png; seq 999 >> src.png; touch m.png
+            "echo longer than the picture is, by far, so that it must be cut > src.png; seq 999 >> \
+src.png; touch m.png
             unshare -m sh -c 'mount --bind src.png m.png && $P render s.toml -o m.png'",
             0,
             &[],
@@ -417,12 +516,18 @@ fn mount_points_are_written() {
             "! test -s a",
         ),
         Case(
-            "mkdir d; unshare -m sh -c 'mount --bind . d && $P render s.toml --ids x.npy --depth d/x.npy'",
+            "mkdir d; unshare -m sh -c 'mount --bind . d && $P render s.toml --ids x.npy --depth \
+             d/x.npy'",
             2,
             &["one file"],
             "! test -e x.npy",
         ),
-        Case("touch m; unshare -m sh -c 'mount --bind c.npy m && $P render n.toml -o m'", 2, &["an input"], "true"),
+        Case(
+            "touch m; unshare -m sh -c 'mount --bind c.npy m && $P render n.toml -o m'",
+            2,
+            &["an input"],
+            "true",
+        ),
         Case(
             "echo old > a.png; unshare -m sh -c 'mount --bind . . && mount -o remount,ro,bind . &&
             cd . && $P render s.toml -o $PWD/a.png'",
@@ -432,18 +537,23 @@ fn mount_points_are_written() {
         ),
         // Neither a name nor a byte of the old file is lost where there is no room.
         Case(
-            "mkdir t; unshare -m sh -c 'mount -t tmpfs -o size=64k x t && head -c 40000 /dev/zero > t/a.npy &&
+            "mkdir t; unshare -m sh -c 'mount -t tmpfs -o size=64k x t && head -c 40000 /dev/zero \
+> t/a.npy &&
             (head -c 1M /dev/zero > t/fill; true) 2>&- && sha256sum t/a.npy > before &&
-            $P render s.toml -o none --ids t/a.npy --size 300x300 --device cpu; rc=$?; sha256sum -c before || rc=77
+            $P render s.toml -o none --ids t/a.npy --size 300x300 --device cpu; rc=$?; sha256sum \
+-c before || rc=77
             ls -A t | grep planisphere- && rc=78; exit $rc'",
             4,
             &["No space"],
             "true",
         ),
         Case(
-            "mkdir t; unshare -m sh -c 'mount -t tmpfs -o size=64k x t && head -c 40000 /dev/zero > t/a.npy &&
-            touch m.npy && mount --bind t/a.npy m.npy && (head -c 1M /dev/zero > t/fill; true) 2>&- &&
-            sha256sum t/a.npy > before && $P render s.toml -o none --ids m.npy --size 300x300 --device cpu
+            "mkdir t; unshare -m sh -c 'mount -t tmpfs -o size=64k x t && head -c 40000 /dev/zero \
+> t/a.npy &&
+            touch m.npy && mount --bind t/a.npy m.npy && (head -c 1M /dev/zero > t/fill; true) \
+2>&- &&
+            sha256sum t/a.npy > before && $P render s.toml -o none --ids m.npy --size 300x300 \
+--device cpu
             rc=$?; sha256sum -c before || rc=77; exit $rc'",
             4,
             &["No space"],
@@ -472,8 +582,18 @@ fn endings_that_are_not_written_are_refused() {
 fn nothing_is_no_scene() {
     try_all(&[
         Case("false | $P render - -o a.png", 2, &["<stdin>: nothing came in"], "! test -e a.png"),
-        Case("printf '\\n  \\n' | $P render - -o a.png", 2, &["nothing came in"], "! test -e a.png"),
-        Case("echo '# all' | $P render - -o a.png", 2, &["nothing but comments"], "! test -e a.png"),
+        Case(
+            "printf '\\n  \\n' | $P render - -o a.png",
+            2,
+            &["nothing came in"],
+            "! test -e a.png",
+        ),
+        Case(
+            "echo '# all' | $P render - -o a.png",
+            2,
+            &["nothing but comments"],
+            "! test -e a.png",
+        ),
         Case("$P render - -o a.png <&-", 2, &["nothing came in"], "! test -e a.png"),
         Case("touch e.toml; $P render e.toml", 2, &["e.toml: is empty"], "! test -e e.png"),
         Case("$P render /dev/null -o a.png", 2, &["is a device, not a file"], "! test -e a.png"),
@@ -484,13 +604,15 @@ fn nothing_is_no_scene() {
 fn make_replaces_what_it_made() {
     try_all(&[
         Case(
-            "$P make cloud m --count 500 && $P make lattice m --count 700 && $P render m/scene.toml",
+            "$P make cloud m --count 500 && $P make lattice m --count 700 && $P render \
+             m/scene.toml",
             0,
             &[],
             "grep -q 700 m/scene.toml && ls m | wc -l | grep -q 4",
         ),
         Case(
-            "$P make cloud m --count 500 && echo '# mine' >> m/scene.toml; $P make cloud m --count 500",
+            "$P make cloud m --count 500 && echo '# mine' >> m/scene.toml; $P make cloud m \
+             --count 500",
             2,
             &["scene.toml in m would be replaced", "--force"],
             "grep -q mine m/scene.toml",
@@ -513,14 +635,24 @@ fn make_replaces_what_it_made() {
             &[],
             "grep -q 500 m/scene.toml",
         ),
-        Case("mkdir m; mkfifo m/scene.toml; $P make cloud m", 2, &["scene.toml in m"], "test -p m/scene.toml"),
+        Case(
+            "mkdir m; mkfifo m/scene.toml; $P make cloud m",
+            2,
+            &["scene.toml in m"],
+            "test -p m/scene.toml",
+        ),
         Case(
             "mkdir m; cp s.toml other; ln -s ../other m/scene.toml; $P make cloud m",
             2,
             &["scene.toml in m"],
             "cmp other s.toml",
         ),
-        Case("$P make cloud m --count 500 && rm m/scene.toml && $P make cloud m --count 500", 0, &[], "true"),
+        Case(
+            "$P make cloud m --count 500 && rm m/scene.toml && $P make cloud m --count 500",
+            0,
+            &[],
+            "true",
+        ),
         Case(
             "$P make cloud m --count 500 && rm m/scene.toml && $P make cloud m --count 501",
             2,

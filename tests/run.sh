@@ -4,17 +4,21 @@
 #   tests/run.sh                      every test
 #   tests/run.sh --test window        arguments go to `cargo test`
 #   PLANISPHERE_FAULTS=500,200 tests/run.sh --test faults -- kills_and_faults --nocapture
-#                                     more kills and faults at random moments than the 60 and 40 of every run
+#                                     more kills and faults at random moments than the 60 and 40 of
+#                                     every run
 #
-# What draws on a GPU is tested on two drivers, whose compilers share nothing: the one that is there (lavapipe, where there is
-# no hardware), and then SwiftShader. That comes from Debian's chromium-common, of which two files are unpacked into the
-# target folder, and nothing is installed. Elsewhere PLANISPHERE_SECOND_DRIVER names the driver's file, such as
-# /opt/swiftshader/vk_swiftshader_icd.json; `none` leaves the second driver out. With arguments only the first is tested.
+# What draws on a GPU is tested on two drivers, whose compilers share nothing: the one that is there
+# (lavapipe, where there is no hardware), and then SwiftShader. That comes from Debian's
+# chromium-common, of which two files are unpacked into the target folder, and nothing is installed.
+# Elsewhere PLANISPHERE_SECOND_DRIVER names the driver's file, such as
+# /opt/swiftshader/vk_swiftshader_icd.json; `none` leaves the second driver out. With arguments only
+# the first is tested.
 #
-# Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool to press its keys, a
-# Wayland compositor without one (weston), and the libraries that the window loads when it opens. On Debian and Ubuntu
-# what is missing is installed, with sudo if need be; elsewhere this script says what is missing and stops. No test is
-# ever skipped for lack of something.
+# Beside Rust the tests need a software Vulkan device, an X server without a screen (Xvfb), xdotool
+# to press its keys, a Wayland compositor without one (weston), and the libraries that the window
+# loads when it opens. On Debian and Ubuntu what is missing is installed, with sudo if need be;
+# elsewhere this script says what is missing and stops. No test is ever skipped for lack of
+# something.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -45,6 +49,12 @@ as_root() {
     fi
 }
 
+# An update may fail for a source that has nothing to do with what is wanted; the install decides.
+refresh_lists() {
+    as_root apt-get update --quiet ||
+        say "apt-get update failed; trying with the lists that are there"
+}
+
 on_debian() {
     local package missing=()
     for package in "${packages[@]}"; do
@@ -52,9 +62,9 @@ on_debian() {
     done
     if ((${#missing[@]} > 0)); then
         say "installing ${missing[*]}"
-        # An update may fail for a source that has nothing to do with these; the install decides.
-        as_root apt-get update --quiet || say "apt-get update failed; trying with the lists that are there"
-        as_root env DEBIAN_FRONTEND=noninteractive apt-get install --yes --quiet --no-install-recommends "${missing[@]}"
+        refresh_lists
+        as_root env DEBIAN_FRONTEND=noninteractive \
+            apt-get install --yes --quiet --no-install-recommends "${missing[@]}"
     fi
 }
 
@@ -63,14 +73,18 @@ elsewhere() {
     command -v Xvfb >/dev/null || missing+=("Xvfb")
     command -v xdotool >/dev/null || missing+=("xdotool")
     command -v weston >/dev/null || missing+=("weston")
-    drivers=$(find /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d /etc/vulkan/icd.d -name '*.json' 2>/dev/null || true)
+    drivers=$(find {/usr/share,/usr/local/share,/etc}/vulkan/icd.d -name '*.json' \
+        2>/dev/null || true)
     [[ -n "$drivers" || "$(uname -s)" != Linux ]] || missing+=("a Vulkan driver")
     if ((${#missing[@]} > 0)); then
         say "missing: ${missing[*]}. Install them and run this again:"
-        say "  Fedora   dnf install mesa-vulkan-drivers vulkan-loader xorg-x11-server-Xvfb xdotool weston libxkbcommon-x11 libXcursor libXi"
-        say "  Arch     pacman -S vulkan-swrast vulkan-icd-loader xorg-server-xvfb xdotool weston libxkbcommon-x11 libxcursor libxi"
-        say "  openSUSE zypper install libvulkan_lvp libvulkan1 xorg-x11-server-Xvfb xdotool weston libxkbcommon-x11-0 libXcursor1 libXi6"
-        say "Other systems: any Vulkan, Metal or DX12 driver, and XQuartz or another X server with Xvfb."
+        say "  Fedora   dnf install mesa-vulkan-drivers vulkan-loader xorg-x11-server-Xvfb \\"
+        say "           xdotool weston libxkbcommon-x11 libXcursor libXi"
+        say "  Arch     pacman -S vulkan-swrast vulkan-icd-loader xorg-server-xvfb xdotool \\"
+        say "           weston libxkbcommon-x11 libxcursor libxi"
+        say "  openSUSE zypper install libvulkan_lvp libvulkan1 xorg-x11-server-Xvfb \\"
+        say "           weston libxkbcommon-x11-0 libXcursor1 libXi6"
+        say "Other systems: any Vulkan, Metal or DX12 driver, and an X server with Xvfb (XQuartz)."
         return 1
     fi
 }
@@ -89,11 +103,12 @@ unpack_swiftshader() {
     mkdir -p "$folder" && work=$(mktemp -d "$folder/download.XXXXXX") || return
     # The lists may be too old to have the package, or name a version that has gone.
     if ! (cd "$work" && apt-get download chromium-common >/dev/null 2>&1); then
-        as_root apt-get update --quiet || say "apt-get update failed; trying with the lists that are there"
+        refresh_lists
         (cd "$work" && apt-get download chromium-common) || return
     fi
     dpkg-deb --fsys-tarfile "$work"/chromium-common_*.deb |
-        tar --extract --directory "$work" --strip-components=4 "${files[@]/#/./usr/lib/chromium/}" || return
+        tar --extract --directory "$work" --strip-components=4 \
+            "${files[@]/#/./usr/lib/chromium/}" || return
     mv "$work/${files[0]}" "$work/${files[1]}" "$folder" && rm -r "$work"
 }
 
@@ -109,14 +124,15 @@ find_second() {
         second=$(realpath "$second")
     elif [[ -e /etc/debian_version ]] && grep --quiet '^ID=debian$' /etc/os-release; then
         unpack_swiftshader "$folder" || {
-            say "SwiftShader cannot be had: see above. PLANISPHERE_SECOND_DRIVER=FILE names another driver's .json,"
-            say "PLANISPHERE_SECOND_DRIVER=none leaves the second driver out."
+            say "SwiftShader cannot be had: see above. PLANISPHERE_SECOND_DRIVER=FILE names another"
+            say "driver's .json, PLANISPHERE_SECOND_DRIVER=none leaves the second driver out."
             return 1
         }
         second=$(realpath "$folder/vk_swiftshader_icd.json")
     else
-        say "missing: a second Vulkan driver. Set PLANISPHERE_SECOND_DRIVER to the .json file of SwiftShader (Chromium and"
-        say "Chrome come with it: vk_swiftshader_icd.json), or to none, which leaves the second driver out."
+        say "missing: a second Vulkan driver. Set PLANISPHERE_SECOND_DRIVER to the .json file of"
+        say "SwiftShader (Chromium and Chrome come with it: vk_swiftshader_icd.json), or to none,"
+        say "which leaves the second driver out."
         return 1
     fi
 }
@@ -129,10 +145,12 @@ failed=0
 # All of them, also after one has failed.
 cargo test --release --workspace --all-features --locked --no-fail-fast "$@" || failed=1
 
-# What draws on a GPU, once more. The expected name keeps the loader from quietly taking another driver.
+# What draws on a GPU, once more. The expected name keeps the loader from quietly taking another
+# driver.
 if [[ -n "$second" ]]; then
     on_second() {
-        VK_DRIVER_FILES=$second PLANISPHERE_EXPECT_ADAPTER=${PLANISPHERE_EXPECT_ADAPTER:-SwiftShader} \
+        local expected=${PLANISPHERE_EXPECT_ADAPTER:-SwiftShader}
+        VK_DRIVER_FILES=$second PLANISPHERE_EXPECT_ADAPTER=$expected \
             cargo test --release --workspace --all-features --locked --no-fail-fast "$@" || failed=1
     }
     say "once more, on the driver of $second"

@@ -1,4 +1,5 @@
-//! The WGSL, without a device: every variant that can be asked for is valid, and every struct shared with Rust has Rust's layout.
+//! The WGSL, without a device: every variant that can be asked for is valid, and every struct
+//! shared with Rust has Rust's layout.
 
 use std::mem::{offset_of, size_of};
 
@@ -26,7 +27,9 @@ fn bindings_are_those_of_the_text() {
             .iter()
             .filter_map(|(_, variable)| {
                 let written = match variable.space {
-                    naga::AddressSpace::Storage { access } => access.contains(naga::StorageAccess::STORE),
+                    naga::AddressSpace::Storage { access } => {
+                        access.contains(naga::StorageAccess::STORE)
+                    }
                     _ => false,
                 };
                 variable.binding.map(|binding| (binding.binding, written))
@@ -40,14 +43,21 @@ fn bindings_are_those_of_the_text() {
 /// Name and byte offset of each field, and the size, as Rust has them.
 macro_rules! layout {
     ($kind:ident: $($field:ident),*) => {
-        (stringify!($kind), vec![$((stringify!($field), offset_of!(plan::$kind, $field))),*], size_of::<plan::$kind>())
+        (
+            stringify!($kind),
+            vec![$((stringify!($field), offset_of!(plan::$kind, $field))),*],
+            size_of::<plan::$kind>(),
+        )
     };
 }
 
 #[test]
 fn shared_structs_have_the_layout_of_rust() {
     let layouts = [
-        layout!(Frame: right, pitch_x, up, pitch_y, forward, delta, delta_depth, scale, base, base_far, first, tiles, row, disorder),
+        layout!(
+            Frame: right, pitch_x, up, pitch_y, forward, delta, delta_depth, scale, base, base_far,
+            first, tiles, row, disorder
+        ),
         layout!(Tile: start, count, x, y, z, slot),
         layout!(Fan: n, sx, m, sy),
         layout!(State: id, low, high, rest),
@@ -59,18 +69,24 @@ fn shared_structs_have_the_layout_of_rust() {
         layouter.update(module.to_ctx()).unwrap();
         for (handle, kind) in module.types.iter() {
             let naga::TypeInner::Struct { members, span } = &kind.inner else { continue };
-            let Some((name, fields, size)) = layouts.iter().find(|(name, ..)| kind.name.as_deref() == Some(name))
+            let Some((name, fields, size)) =
+                layouts.iter().find(|(name, ..)| kind.name.as_deref() == Some(name))
             else {
                 continue;
             };
-            let found: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
+            let found: Vec<_> = members
+                .iter()
+                .map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize))
+                .collect();
             assert_eq!(&found, fields, "{name}");
             assert_eq!(*span as usize, *size, "size of {name}");
             // The stride in an array, which is what a buffer holds.
             assert_eq!(layouter[handle].to_stride() as usize, *size, "stride of {name}");
             seen.insert(*name);
         }
-        assert!(info.get_entry_point(0).available_stages.contains(naga::valid::ShaderStages::COMPUTE));
+        assert!(
+            info.get_entry_point(0).available_stages.contains(naga::valid::ShaderStages::COMPUTE)
+        );
     }
     assert_eq!(seen.len(), layouts.len());
 }

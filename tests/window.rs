@@ -1,8 +1,8 @@
-//! The window, for real: the program on an X server without a screen (Xvfb), keys and mouse by xdotool, and what the server
-//! then holds in the window.
+//! The window, for real: the program on an X server without a screen (Xvfb), keys and mouse by
+//! xdotool, and what the server then holds in the window.
 //!
-//! Every test has a server of its own, because there is one pointer and one focus a server. What a test needs and does not
-//! find, it names and fails; `tests/run.sh` installs it.
+//! Every test has a server of its own, because there is one pointer and one focus a server. What a
+//! test needs and does not find, it names and fails; `tests/run.sh` installs it.
 #![cfg(all(feature = "window", target_os = "linux"))]
 
 mod display;
@@ -28,7 +28,8 @@ use x11rb::{
 /// Arguments of the X server.
 const SCREEN: [&str; 3] = ["-screen", "0", "1280x1024x24"];
 
-/// A pixel is 1/64 wide, so that moves by whole pixels are exact. The camera sees neither all of the scene nor its middle.
+/// A pixel is 1/64 wide, so that moves by whole pixels are exact. The camera sees neither all of
+/// the scene nor its middle.
 const CAMERA: &str = "
 [camera]
 view = [1.0, 0.0, 0.0]
@@ -91,7 +92,11 @@ impl Viewer {
         let mut viewer = Self { process, window: String::new(), folder, server };
         viewer.window = wait_for("a window", || {
             assert!(viewer.process.try_wait().unwrap().is_none(), "it ended: {}", viewer.stderr());
-            viewer.xdotool(&["search", "--onlyvisible", "--name", "^ball"]).lines().next().map(str::to_owned)
+            viewer
+                .xdotool(&["search", "--onlyvisible", "--name", "^ball"])
+                .lines()
+                .next()
+                .map(str::to_owned)
         });
         wait_for("the first picture", || (viewer.drawn()? > 0).then_some(()));
         // There is no window manager that would give it the keys.
@@ -172,10 +177,18 @@ impl Viewer {
             .unwrap()
             .reply()
             .unwrap();
-        assert_eq!(reply.data.len(), 4 * usize::from(size.width) * usize::from(size.height), "32 bits a pixel");
+        assert_eq!(
+            reply.data.len(),
+            4 * usize::from(size.width) * usize::from(size.height),
+            "32 bits a pixel"
+        );
         let least_first = connection.setup().image_byte_order == ImageOrder::LSB_FIRST;
         let bytes = reply.data.chunks_exact(4).flat_map(|pixel| {
-            if least_first { [pixel[2], pixel[1], pixel[0]] } else { [pixel[1], pixel[2], pixel[3]] }
+            if least_first {
+                [pixel[2], pixel[1], pixel[0]]
+            } else {
+                [pixel[1], pixel[2], pixel[3]]
+            }
         });
         RgbImage::from_vec(size.width.into(), size.height.into(), bytes.collect()).unwrap()
     }
@@ -202,13 +215,15 @@ impl Viewer {
             table.contains("\nnear = ").then_some(table)
         });
         let said = self.stderr()[before..].to_owned();
-        let name = said.strip_prefix("saved ").and_then(|rest| rest.strip_suffix('\n')).expect(&said);
+        let name =
+            said.strip_prefix("saved ").and_then(|rest| rest.strip_suffix('\n')).expect(&said);
         (self.folder.path().join(name), table)
     }
 
     /// What `render` writes for the scene with another camera.
     fn render(&self, camera: &str, arguments: &[&str]) -> Vec<u8> {
-        let (scene, out) = (self.folder.path().join("again.toml"), self.folder.path().join("again.png"));
+        let (scene, out) =
+            (self.folder.path().join("again.toml"), self.folder.path().join("again.png"));
         fs::write(&scene, format!("{camera}{IMAGE}{SPHERES}")).unwrap();
         let ended = planisphere()
             .args(["render", "--device", "cpu"])
@@ -270,7 +285,11 @@ fn screenshots_are_what_render_writes_and_what_is_seen() {
     let bytes = fs::read(&first).unwrap();
     assert!(bytes == viewer.render(CAMERA, &[]), "what the scene's own camera sees");
     assert!(bytes == viewer.render(&table, &[]), "what the camera that is printed sees:\n{table}");
-    assert!(table.starts_with("# as seen at 320 x 256 pixels\n[camera]\n") && !table.contains("[image]"), "{table}");
+    assert!(
+        table.starts_with("# as seen at 320 x 256 pixels\n[camera]\n")
+            && !table.contains("[image]"),
+        "{table}"
+    );
     let home = decode(&bytes);
     viewer.shows(&home);
 
@@ -291,11 +310,14 @@ fn screenshots_are_what_render_writes_and_what_is_seen() {
 fn nothing_is_drawn_when_nothing_changes() {
     let viewer = Viewer::open(CAMERA, &["--device", "cpu"]);
     let picture = viewer.pixels();
-    // The mouse without a button, a click, keys that change nothing here, a screenshot, another window over this one.
+    // The mouse without a button, a click, keys that change nothing here, a screenshot, another
+    // window over this one.
     for x in (0..300).step_by(20) {
         viewer.xdotool(&["mousemove", "--window", &viewer.window, &x.to_string(), "100"]);
     }
-    viewer.xdotool(&["click", "1", "click", "2", "click", "3", "key", "r", "key", "x", "key", "ctrl+o"]);
+    viewer.xdotool(&[
+        "click", "1", "click", "2", "click", "3", "key", "r", "key", "x", "key", "ctrl+o",
+    ]);
     viewer.screenshot();
     viewer.xdotool(&["windowunmap", "--sync", &viewer.window]);
     viewer.xdotool(&["windowmap", "--sync", &viewer.window]);
@@ -313,7 +335,9 @@ fn what_is_overtaken_is_not_drawn() {
     let mut arguments: Vec<String> = Vec::new();
     for k in 0..=MOVES {
         let (x, y) = (300 + k, 300 + k / 2);
-        arguments.extend(format!("mousemove --window {} {x} {y}", viewer.window).split(' ').map(str::to_owned));
+        arguments.extend(
+            format!("mousemove --window {} {x} {y}", viewer.window).split(' ').map(str::to_owned),
+        );
         if k == 0 {
             arguments.extend(["mousedown".into(), "1".into()]);
         }
@@ -353,23 +377,28 @@ fn the_mouse_moves_and_zooms() {
         viewer.shows(&home);
     }
 
-    // The wheel zooms, and what is below the cursor stays there. winit 0.30 counts a notch of a wheel that has no smooth
-    // scrolling, such as xdotool's, when it goes down and again when it comes up; four notches halve the height.
+    // The wheel zooms, and what is below the cursor stays there. winit 0.30 counts a notch of a
+    // wheel that has no smooth scrolling, such as xdotool's, when it goes down and again when it
+    // comes up; four notches halve the height.
     let zoomed = |clicks: i32, notch: &str| {
         viewer.xdotool(&["mousemove", "--window", &viewer.window, "200", "100"]);
-        viewer.change(|v| drop(v.xdotool(&["click", "--repeat", &clicks.to_string(), "--delay", "20", notch])));
+        viewer.change(|v| {
+            drop(v.xdotool(&["click", "--repeat", &clicks.to_string(), "--delay", "20", notch]))
+        });
         let (picture, camera) = viewer.check();
         (picture, number(&camera, "height"))
     };
     let (near, height) = zoomed(2, "4");
     let [once, twice] = [0.5, 1.0].map(|halvings: f64| 4.0 * (-halvings).exp2());
     assert!((height - once).abs() < 1e-9 || (height - twice).abs() < 1e-9, "{height}");
-    let before = |at: u32, cursor: f64| cursor + (f64::from(at) + 0.5 - cursor) * (height / 4.0) - 0.5;
+    let before =
+        |at: u32, cursor: f64| cursor + (f64::from(at) + 0.5 - cursor) * (height / 4.0) - 0.5;
     let mut compared = 0;
     for (x, y, pixel) in near.enumerate_pixels() {
         // A sample that lies between four samples of one colour has that colour too.
         let [left, top] = [before(x, 200.0), before(y, 100.0)].map(|at| at.floor() as u32);
-        let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| home.get_pixel(left + dx, top + dy));
+        let around =
+            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| home.get_pixel(left + dx, top + dy));
         if around.iter().all(|other| *other == around[0]) {
             assert_eq!(pixel, around[0], "column {x}, row {y}");
             compared += 1;
@@ -464,8 +493,12 @@ fn without_a_display_there_is_a_message() {
     let scene = folder.path().join("ball.toml");
     fs::write(&scene, format!("{CAMERA}{IMAGE}{SPHERES}")).unwrap();
     let view = |scene: &Path, display: Option<&str>| -> (Option<i32>, String) {
-        let Output { status, stderr, .. } =
-            planisphere().arg("view").arg(scene).envs(display.map(|d| ("DISPLAY", d))).output().unwrap();
+        let Output { status, stderr, .. } = planisphere()
+            .arg("view")
+            .arg(scene)
+            .envs(display.map(|d| ("DISPLAY", d)))
+            .output()
+            .unwrap();
         (status.code(), String::from_utf8(stderr).unwrap())
     };
     let (code, said) = view(&scene, None);

@@ -95,7 +95,11 @@ impl Program {
 
     fn window(&self, server: &XServer) -> Option<String> {
         let pid = self.process.id().to_string();
-        server.xdotool(&["search", "--onlyvisible", "--pid", &pid]).lines().last().map(str::to_owned)
+        server
+            .xdotool(&["search", "--onlyvisible", "--pid", &pid])
+            .lines()
+            .last()
+            .map(str::to_owned)
     }
 
     /// Waits for its window.
@@ -129,7 +133,9 @@ impl Program {
 
     /// Waits for the end: its exit code, and what it said.
     fn end(&mut self) -> (Option<i32>, String) {
-        let status = wait_for(&format!("the end; so far: {}", self.stderr()), || self.process.try_wait().unwrap());
+        let status = wait_for(&format!("the end; so far: {}", self.stderr()), || {
+            self.process.try_wait().unwrap()
+        });
         let said = self.stderr();
         assert!(!said.contains("panicked") && !said.contains(".rs:"), "{said}");
         (status.code(), said)
@@ -141,7 +147,12 @@ impl Program {
         let (code, said) = self.end();
         assert_eq!(code, Some(3), "{said}");
         assert!(start.elapsed() < Duration::from_secs(30), "{:?}: {said}", start.elapsed());
-        assert!(said.contains("error: ") && said.contains("\nfix: ") && said.contains("planisphere render"), "{said}");
+        assert!(
+            said.contains("error: ")
+                && said.contains("\nfix: ")
+                && said.contains("planisphere render"),
+            "{said}"
+        );
         said
     }
 
@@ -153,7 +164,8 @@ impl Program {
 
     /// Only what belongs there lies in its folder.
     fn no_litter(&self) {
-        let mut names: Vec<_> = fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        let mut names: Vec<_> =
+            fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         names.sort();
         assert_eq!(names, ["ball.toml", "stderr", "stdout"]);
     }
@@ -162,7 +174,14 @@ impl Program {
     fn render(&self, size: [u32; 2]) -> Vec<[u8; 3]> {
         let out = self.folder.path().join("again.png");
         let ended = planisphere()
-            .args(["render", "--device", "cpu", "--size", &format!("{}x{}", size[0], size[1]), "-o"])
+            .args([
+                "render",
+                "--device",
+                "cpu",
+                "--size",
+                &format!("{}x{}", size[0], size[1]),
+                "-o",
+            ])
             .args([&out, &self.folder.path().join("ball.toml")])
             .output()
             .unwrap();
@@ -201,8 +220,18 @@ fn levels(server: &XServer, window: &str) -> ([u32; 2], Vec<[u32; 3]>, [u32; 3])
     let masks = [visual.red_mask, visual.green_mask, visual.blue_mask];
     let format = setup.pixmap_formats.iter().find(|format| format.depth == size.depth).unwrap();
     let bytes = usize::from(format.bits_per_pixel / 8);
-    let stride = (width * usize::from(format.bits_per_pixel)).next_multiple_of(format.scanline_pad.into()) / 8;
-    let reply = connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, size.width, size.height, u32::MAX);
+    let stride = (width * usize::from(format.bits_per_pixel))
+        .next_multiple_of(format.scanline_pad.into())
+        / 8;
+    let reply = connection.get_image(
+        ImageFormat::Z_PIXMAP,
+        window,
+        0,
+        0,
+        size.width,
+        size.height,
+        u32::MAX,
+    );
     let data = reply.unwrap().reply().unwrap().data;
     let mut found = Vec::with_capacity(width * height);
     for row in data.chunks_exact(stride) {
@@ -227,11 +256,17 @@ fn shows(program: &Program, server: &XServer, window: &str) {
         let near = |level: u32, channel: u8, most: u32| {
             (f64::from(level) - f64::from(channel) * f64::from(most) / 255.0).abs() <= 0.5
         };
-        let wrong =
-            found.iter().zip(&wanted).filter(|(levels, color)| (0..3).any(|k| !near(levels[k], color[k], most[k])));
+        let wrong = found
+            .iter()
+            .zip(&wanted)
+            .filter(|(levels, color)| (0..3).any(|k| !near(levels[k], color[k], most[k])));
         match wrong.count() {
             0 => return,
-            wrong => assert!(start.elapsed() < PATIENCE, "{wrong} wrong pixels of {size:?}: {}", program.stderr()),
+            wrong => assert!(
+                start.elapsed() < PATIENCE,
+                "{wrong} wrong pixels of {size:?}: {}",
+                program.stderr()
+            ),
         }
         sleep(Duration::from_millis(100));
     }
@@ -305,7 +340,8 @@ impl Drop for Display {
 /// spheres comes first is a matter of their last bits.
 fn endless() -> String {
     use std::fmt::Write;
-    let mut scene = String::from("[camera]\nview = [1.0, 0.0, 0.0]\norigin = [-5.0, 0.0, 0.0]\nwidth = 3.0\n");
+    let mut scene =
+        String::from("[camera]\nview = [1.0, 0.0, 0.0]\norigin = [-5.0, 0.0, 0.0]\nwidth = 3.0\n");
     scene += "[image]\nwidth = 800\nheight = 800\n";
     let mut bits = 1u64;
     let mut next = || {
@@ -314,7 +350,8 @@ fn endless() -> String {
     };
     for _ in 0..4000 {
         let (x, y, z, more) = (next(), next(), next(), next());
-        writeln!(scene, "[[sphere]]\ncenter = [{x:?}, {y:?}, {z:?}]\nradius = {:?}", 1.0 + more).unwrap();
+        writeln!(scene, "[[sphere]]\ncenter = [{x:?}, {y:?}, {z:?}]\nradius = {:?}", 1.0 + more)
+            .unwrap();
     }
     scene
 }
@@ -330,16 +367,25 @@ fn wayland_that_leads_nowhere_leaves_x() {
     }
     let x_socket = format!("/tmp/.X11-unix/X{}", &server.display[1..]);
     let long = "x".repeat(300);
-    let mut displays = vec!["nonsense".to_owned(), at("none"), at("file"), x_socket, long, "a\u{7}b".to_owned()];
+    let mut displays =
+        vec!["nonsense".to_owned(), at("none"), at("file"), x_socket, long, "a\u{7}b".to_owned()];
     displays.extend(FAKES.map(|fake| at(&format!("{fake:?}"))));
     let sockets = ["nonsense", "-1", "99", "0", "1", "3.5", "99999999999"].map(str::to_owned);
     let cases = displays.iter().map(|value| ("WAYLAND_DISPLAY", value));
     for (variable, value) in cases.chain(sockets.iter().map(|value| ("WAYLAND_SOCKET", value))) {
-        let mut program = Program::view(SCENE, |command| command.env("DISPLAY", &server.display).env(variable, value));
+        let mut program = Program::view(SCENE, |command| {
+            command.env("DISPLAY", &server.display).env(variable, value)
+        });
         let said = program.up_and_quit(&server);
         let shown = planisphere::text::name(value);
-        assert!(said.contains(&format!("note: {variable} is {shown}: ")), "{variable}={value}: {said}");
-        assert!(said.contains("; the window is opened on DISPLAY instead\n"), "{variable}={value}: {said}");
+        assert!(
+            said.contains(&format!("note: {variable} is {shown}: ")),
+            "{variable}={value}: {said}"
+        );
+        assert!(
+            said.contains("; the window is opened on DISPLAY instead\n"),
+            "{variable}={value}: {said}"
+        );
     }
     // What is empty is not set, and needs no word.
     let mut program = Program::view(SCENE, |command| {
@@ -382,24 +428,41 @@ fn where_nothing_answers_each_variable_is_named() {
     for (name, words) in &cases {
         let mut program = Program::view(SCENE, |command| command.env("DISPLAY", name));
         let said = program.refused();
-        assert!(said.contains(words) && said.contains("WAYLAND_DISPLAY is not set"), "{name}: {said}");
-        assert!(name.is_empty() || said.contains(&format!("DISPLAY is {name}: ")), "{name}: {said}");
+        assert!(
+            said.contains(words) && said.contains("WAYLAND_DISPLAY is not set"),
+            "{name}: {said}"
+        );
+        assert!(
+            name.is_empty() || said.contains(&format!("DISPLAY is {name}: ")),
+            "{name}: {said}"
+        );
     }
     // Both, where neither answers; and a socket that is handed over, and is silent.
     let silent = folder.path().join("silent");
     Fake::Silent.listen(&silent);
-    let mut program =
-        Program::view(SCENE, |command| command.env("DISPLAY", fakes[2].name()).env("WAYLAND_DISPLAY", &silent));
+    let mut program = Program::view(SCENE, |command| {
+        command.env("DISPLAY", fakes[2].name()).env("WAYLAND_DISPLAY", &silent)
+    });
     let said = program.refused();
-    assert!(said.contains("WAYLAND_DISPLAY is ") && said.contains("no answer within 1.2 seconds"), "{said}");
-    assert!(said.contains("DISPLAY is :") && said.contains("no answer within 2.5 seconds"), "{said}");
+    assert!(
+        said.contains("WAYLAND_DISPLAY is ") && said.contains("no answer within 1.2 seconds"),
+        "{said}"
+    );
+    assert!(
+        said.contains("DISPLAY is :") && said.contains("no answer within 2.5 seconds"),
+        "{said}"
+    );
     let (ours, _theirs) = UnixStream::pair().unwrap();
     let mut program = Program::view(SCENE, |command| hand_over(command, ours.into()));
     let said = program.refused();
-    assert!(said.contains("WAYLAND_SOCKET is 60: no answer within 3 seconds; DISPLAY is not set"), "{said}");
+    assert!(
+        said.contains("WAYLAND_SOCKET is 60: no answer within 3 seconds; DISPLAY is not set"),
+        "{said}"
+    );
     // A screen that the server does not have.
     let server = XServer::new(&SCREEN);
-    let mut program = Program::view(SCENE, |command| command.env("DISPLAY", format!("{}.7", server.display)));
+    let mut program =
+        Program::view(SCENE, |command| command.env("DISPLAY", format!("{}.7", server.display)));
     assert!(program.refused().contains("no screen of this number"));
     // `unix:` and a number are `:` and a number.
     let name = format!("unix{}", server.display);
@@ -459,7 +522,8 @@ fn scales_without_sense_change_nothing() {
         let window = program.focused(&server);
         assert_eq!(size_of(&server, &window), [320, 256], "{value}");
         let said = program.up_and_quit(&server);
-        let noted = said.contains(&format!("note: WINIT_X11_SCALE_FACTOR is {value}, which is no scale"));
+        let noted =
+            said.contains(&format!("note: WINIT_X11_SCALE_FACTOR is {value}, which is no scale"));
         assert_eq!(noted, !["", "randr", "2"].contains(&value), "{value}: {said}");
     }
     // The resource that desktops set.
@@ -468,7 +532,11 @@ fn scales_without_sense_change_nothing() {
     for value in ["0", "-5", "1e300", "nan", "inf", "text", ""] {
         let resource = format!("Xft.dpi:\t{value}\n");
         let (name, kind) = (AtomEnum::RESOURCE_MANAGER, AtomEnum::STRING);
-        connection.change_property8(PropMode::REPLACE, root, name, kind, resource.as_bytes()).unwrap().check().unwrap();
+        connection
+            .change_property8(PropMode::REPLACE, root, name, kind, resource.as_bytes())
+            .unwrap()
+            .check()
+            .unwrap();
         let mut program = Program::on(&server, SCENE);
         let window = program.focused(&server);
         assert_eq!(size_of(&server, &window), [320, 256], "{value}");
@@ -495,8 +563,11 @@ fn screens_of_every_depth_show_it_or_say_what_they_lack() {
     shows(&program, &server, &window);
     program.up_and_quit(&server);
 
-    let screens =
-        [("3", "8", "8 bits a pixel of a palette"), ("1", "8", "8 bits a pixel of grey"), ("5", "24", "by a table")];
+    let screens = [
+        ("3", "8", "8 bits a pixel of a palette"),
+        ("1", "8", "8 bits a pixel of grey"),
+        ("5", "24", "by a table"),
+    ];
     for (class, depth, words) in screens {
         let server = XServer::new(&["-cc", class, "-screen", "0", &format!("800x600x{depth}")]);
         let said = Program::on(&server, SCENE).refused();
@@ -504,7 +575,11 @@ fn screens_of_every_depth_show_it_or_say_what_they_lack() {
     }
     let server = XServer::new(&["-screen", "0", "800x600x24", "-extension", "RANDR"]);
     let said = Program::on(&server, SCENE).refused();
-    assert!(said.contains("no extension RANDR") && said.contains("fix: start it without `-extension RANDR`"), "{said}");
+    assert!(
+        said.contains("no extension RANDR")
+            && said.contains("fix: start it without `-extension RANDR`"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -514,7 +589,10 @@ fn pictures_of_any_size_go_through_every_connection() {
         (&[], &[["3441", "1440"], ["320", "256"]]),
         (&["-extension", "MIT-SHM"], &[["3441", "1440"], ["1", "1"], ["7680", "4320"]]),
         (&["-extension", "BIG-REQUESTS"], &[["3441", "1440"]]),
-        (&["-extension", "MIT-SHM", "-extension", "BIG-REQUESTS"], &[["3441", "1440"], ["320", "256"]]),
+        (
+            &["-extension", "MIT-SHM", "-extension", "BIG-REQUESTS"],
+            &[["3441", "1440"], ["320", "256"]],
+        ),
     ];
     for (extensions, sizes) in cases {
         let server = XServer::new(&[&["-screen", "0", "7680x4320x24"], extensions].concat());
@@ -568,7 +646,8 @@ fn a_window_that_is_taken_away_is_the_end() {
     ];
     for take_away in ways {
         for drawing in [false, true] {
-            let mut program = Program::on(&server, &if drawing { endless() } else { SCENE.to_owned() });
+            let mut program =
+                Program::on(&server, &if drawing { endless() } else { SCENE.to_owned() });
             let window = program.focused(&server);
             if !drawing {
                 shows(&program, &server, &window);
@@ -584,21 +663,25 @@ fn a_window_that_is_taken_away_is_the_end() {
 fn a_server_that_dies_is_the_end() {
     for round in 0..6 {
         let mut server = XServer::new(&SCREEN);
-        let mut program = Program::on(&server, &if round % 3 == 1 { endless() } else { SCENE.to_owned() });
+        let mut program =
+            Program::on(&server, &if round % 3 == 1 { endless() } else { SCENE.to_owned() });
         let window = program.focused(&server);
         match round % 3 {
             0 => shows(&program, &server, &window),
             1 => sleep(Duration::from_millis(300)),
             _ => {
                 // While it is dragged: xdotool ends when the server does.
-                let mut moves = vec!["mousemove", "--window", &window, "100", "100", "mousedown", "1"];
+                let mut moves =
+                    vec!["mousemove", "--window", &window, "100", "100", "mousedown", "1"];
                 let places: Vec<String> = (0..3000).map(|k| (10 + k % 300).to_string()).collect();
                 for place in &places {
                     moves.extend(["mousemove", "--window", &window, place, place]);
                 }
                 let mut command = Command::new("xdotool");
-                let mut dragging =
-                    start(command.args(moves).env("DISPLAY", &server.display).stderr(Stdio::null()), "xdotool");
+                let mut dragging = start(
+                    command.args(moves).env("DISPLAY", &server.display).stderr(Stdio::null()),
+                    "xdotool",
+                );
                 sleep(Duration::from_millis(150 + 40 * round));
                 server.process.kill().unwrap();
                 let _ = dragging.wait();
@@ -619,7 +702,10 @@ fn a_long_picture_does_not_keep_the_window_open() {
         let window = program.focused(&server);
         sleep(Duration::from_millis(500));
         let title = server.xdotool(&["getwindowname", &window]);
-        assert!(title.contains("picture 0 "), "this scene is no longer slow enough for this test: {title}");
+        assert!(
+            title.contains("picture 0 "),
+            "this scene is no longer slow enough for this test: {title}"
+        );
         // A picture that is wanted, and never comes.
         server.xdotool(&["key", "s"]);
         let start = Instant::now();
@@ -636,7 +722,8 @@ fn a_long_picture_does_not_keep_the_window_open() {
 #[test]
 fn cameras_are_not_lost_where_standard_output_takes_none() {
     let server = XServer::new(&SCREEN);
-    let full: Setting = &|command| command.stdout(File::options().write(true).open("/dev/full").unwrap());
+    let full: Setting =
+        &|command| command.stdout(File::options().write(true).open("/dev/full").unwrap());
     let left: Setting = &|command| command.stdout(Stdio::piped());
     let closed: Setting = &|command| {
         // SAFETY: between fork and exec only a system call is made.
@@ -648,18 +735,24 @@ fn cameras_are_not_lost_where_standard_output_takes_none() {
         }
     };
     for (set, words) in [(full, "No space left"), (left, "Broken pipe"), (closed, "closed")] {
-        let mut program = Program::view(SCENE, |command| set(command.env("DISPLAY", &server.display)));
+        let mut program =
+            Program::view(SCENE, |command| set(command.env("DISPLAY", &server.display)));
         drop(program.process.stdout.take());
         let window = program.focused(&server);
         shows(&program, &server, &window);
         for number in 1..=2 {
             server.xdotool(&["key", "s"]);
-            wait_for("a screenshot", || (program.stderr().matches("\nnear = ").count() == number).then_some(()));
+            wait_for("a screenshot", || {
+                (program.stderr().matches("\nnear = ").count() == number).then_some(())
+            });
         }
         let said = program.up_and_quit(&server);
-        for part in
-            ["saved ball-001.png\n", "saved ball-002.png\n", "standard output does not take the camera: ", words]
-        {
+        for part in [
+            "saved ball-001.png\n",
+            "saved ball-002.png\n",
+            "standard output does not take the camera: ",
+            words,
+        ] {
             assert!(said.contains(part), "{part}: {said}");
         }
         assert!(said.contains("[camera]\nprojection = \"orthographic\"\n"), "{said}");
@@ -678,7 +771,12 @@ impl Weston {
         let log = File::create(folder.path().join("log")).unwrap();
         let process = start(
             Command::new("weston")
-                .args(["--backend=headless-backend.so", "--socket=test", "--idle-time=0", "--no-config"])
+                .args([
+                    "--backend=headless-backend.so",
+                    "--socket=test",
+                    "--idle-time=0",
+                    "--no-config",
+                ])
                 .env("XDG_RUNTIME_DIR", folder.path())
                 .env_remove("DISPLAY")
                 .env_remove("WAYLAND_DISPLAY")
@@ -689,7 +787,11 @@ impl Weston {
         let mut weston = Self { process, folder };
         wait_for("weston", || {
             let ended = weston.process.try_wait().unwrap();
-            assert!(ended.is_none(), "{}", fs::read_to_string(weston.folder.path().join("log")).unwrap());
+            assert!(
+                ended.is_none(),
+                "{}",
+                fs::read_to_string(weston.folder.path().join("log")).unwrap()
+            );
             UnixStream::connect(weston.socket()).ok()
         });
         weston
@@ -703,7 +805,11 @@ impl Weston {
     /// compositor's list of clients.
     fn shows(&self, program: &mut Program) {
         wait_for("a window", || {
-            assert!(program.process.try_wait().unwrap().is_none(), "it ended: {}", program.stderr());
+            assert!(
+                program.process.try_wait().unwrap().is_none(),
+                "it ended: {}",
+                program.stderr()
+            );
             // Memory for pictures is shared only when there is a window, and something to show in
             // it.
             let maps = fs::read_to_string(format!("/proc/{}/maps", program.process.id())).ok()?;
@@ -724,16 +830,25 @@ fn wayland_shows_it_and_may_go_away() {
     let mut weston = Weston::new();
     let socket = weston.socket();
     let by_path: Setting = &|command| command.env("WAYLAND_DISPLAY", &socket);
-    let by_name: Setting =
-        &|command| command.env("WAYLAND_DISPLAY", "test").env("XDG_RUNTIME_DIR", socket.parent().unwrap());
-    let by_descriptor: Setting = &|command| hand_over(command, UnixStream::connect(&socket).unwrap().into());
-    // The compositor first, whatever else there is.
-    let with_x: Setting = &|command| command.env("WAYLAND_DISPLAY", &socket).env("DISPLAY", ":99999");
-    let dead_descriptor: Setting = &|command| command.env("WAYLAND_SOCKET", "61").env("WAYLAND_DISPLAY", &socket);
-    let scaled: Setting = &|command| {
-        command.env("WAYLAND_DISPLAY", &socket).env("WINIT_X11_SCALE_FACTOR", "nan").env("WAYLAND_SOCKET", "")
+    let by_name: Setting = &|command| {
+        command.env("WAYLAND_DISPLAY", "test").env("XDG_RUNTIME_DIR", socket.parent().unwrap())
     };
-    for (k, set) in [by_path, by_name, by_descriptor, with_x, dead_descriptor, scaled].into_iter().enumerate() {
+    let by_descriptor: Setting =
+        &|command| hand_over(command, UnixStream::connect(&socket).unwrap().into());
+    // The compositor first, whatever else there is.
+    let with_x: Setting =
+        &|command| command.env("WAYLAND_DISPLAY", &socket).env("DISPLAY", ":99999");
+    let dead_descriptor: Setting =
+        &|command| command.env("WAYLAND_SOCKET", "61").env("WAYLAND_DISPLAY", &socket);
+    let scaled: Setting = &|command| {
+        command
+            .env("WAYLAND_DISPLAY", &socket)
+            .env("WINIT_X11_SCALE_FACTOR", "nan")
+            .env("WAYLAND_SOCKET", "")
+    };
+    for (k, set) in
+        [by_path, by_name, by_descriptor, with_x, dead_descriptor, scaled].into_iter().enumerate()
+    {
         let mut program = Program::view(SCENE, set);
         weston.shows(&mut program);
         let said = program.stderr();
@@ -765,7 +880,8 @@ fn points(count: usize, seed: u64) -> Vec<u8> {
 #[test]
 fn arrays_that_change_leave_the_last_picture() {
     let server = XServer::new(&SCREEN);
-    let scene = "[image]\nwidth = 300\nheight = 200\n[[spheres]]\ncenters = \"c.npy\"\nradius = 0.01\n";
+    let scene =
+        "[image]\nwidth = 300\nheight = 200\n[[spheres]]\ncenters = \"c.npy\"\nradius = 0.01\n";
     type Change = fn(&Path);
     let changes: [Change; 4] = [
         |path| fs::write(path, points(100, 2)).unwrap(),
@@ -790,7 +906,11 @@ fn arrays_that_change_leave_the_last_picture() {
         change(&path);
         server.xdotool(&["key", "o"]);
         let title = wait_for("the title", || {
-            assert!(program.process.try_wait().unwrap().is_none(), "it ended: {}", program.stderr());
+            assert!(
+                program.process.try_wait().unwrap().is_none(),
+                "it ended: {}",
+                program.stderr()
+            );
             let title = server.xdotool(&["getwindowname", &window]);
             title.contains("has changed on the disk").then_some(title)
         });
@@ -798,10 +918,17 @@ fn arrays_that_change_leave_the_last_picture() {
         for key in ["f", "o", "s", "r"] {
             server.xdotool(&["key", key]);
         }
-        wait_for("the screenshot's refusal", || program.stderr().contains("no screenshot was saved").then_some(()));
+        wait_for("the screenshot's refusal", || {
+            program.stderr().contains("no screenshot was saved").then_some(())
+        });
         let (_, found, most) = levels(&server, &window);
         assert_eq!(most, [255; 3]);
-        assert!(found.iter().zip(&first).all(|(levels, color)| levels.map(|level| level as u8) == *color));
+        assert!(
+            found
+                .iter()
+                .zip(&first)
+                .all(|(levels, color)| levels.map(|level| level as u8) == *color)
+        );
         let said = program.up_and_quit(&server);
         assert_eq!(said.matches("c.npy").count(), 1, "{said}");
         assert!(said.contains("the window keeps its last picture"), "{said}");
@@ -817,7 +944,9 @@ fn arrays_that_change_leave_the_last_picture() {
     fs::write(&beside, points(50_000, 2)).unwrap();
     fs::rename(&beside, &path).unwrap();
     server.xdotool(&["key", "o"]);
-    wait_for("a second picture", || server.xdotool(&["getwindowname", &window]).contains("picture 2").then_some(()));
+    wait_for("a second picture", || {
+        server.xdotool(&["getwindowname", &window]).contains("picture 2").then_some(())
+    });
     let said = program.up_and_quit(&server);
     assert!(!said.contains("error"), "{said}");
 }
@@ -833,7 +962,11 @@ fn an_array_that_changes_cuts_a_long_picture_short() {
     let window = program.focused(&server);
     sleep(Duration::from_millis(500));
     let title = || server.xdotool(&["getwindowname", &window]);
-    assert!(title().contains("picture 0 "), "this scene is no longer slow enough for this test: {}", title());
+    assert!(
+        title().contains("picture 0 "),
+        "this scene is no longer slow enough for this test: {}",
+        title()
+    );
     fs::write(&path, points(50_000, 2)).unwrap();
     let start = Instant::now();
     wait_for("the title", || title().contains("has changed on the disk").then_some(()));

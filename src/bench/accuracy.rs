@@ -1,8 +1,10 @@
-//! `bench accuracy`: how right every way of drawing is, and at what price, on scenes that are easy and scenes that are not.
+//! `bench accuracy`: how right every way of drawing is, and at what price, on scenes that are easy
+//! and scenes that are not.
 //!
-//! The ways: three inexact formulas in f32 ([`super::methods`]), plain f64 (the CPU device with its bounds switched off), plain
-//! f32 on a GPU likewise, each device's filter alone, each device as it is, and exact decisions for everything. All in one run,
-//! in turn. Ids are compared with [`super::reference`], depths with the exact distance.
+//! The ways: three inexact formulas in f32 ([`super::methods`]), plain f64 (the CPU device with its
+//! bounds switched off), plain f32 on a GPU likewise, each device's filter alone, each device as it
+//! is, and exact decisions for everything. All in one run, in turn. Ids are compared with
+//! [`super::reference`], depths with the exact distance.
 
 use std::time::{Duration, Instant};
 
@@ -33,8 +35,8 @@ use glam::DVec3;
 pub struct Settings {
     /// Size of the pictures.
     pub image: ImageSize,
-    /// Timed pictures of each scene and method, after one that is not; three times as many pairs for the price, and more where that takes no
-    /// four seconds.
+    /// Timed pictures of each scene and method, after one that is not; three times as many pairs
+    /// for the price, and more where that takes no four seconds.
     pub frames: usize,
     /// Few and small scenes.
     pub quick: bool,
@@ -68,8 +70,15 @@ pub enum Method {
 
 impl Method {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 7] =
-        [Self::Textbook, Self::Geometric, Self::Shifted, Self::Uncertified, Self::FilterOnly, Self::Full, Self::Exact];
+    pub const ALL: [Self; 7] = [
+        Self::Textbook,
+        Self::Geometric,
+        Self::Shifted,
+        Self::Uncertified,
+        Self::FilterOnly,
+        Self::Full,
+        Self::Exact,
+    ];
 
     /// In words.
     pub fn words(self, on_cpu: bool) -> &'static str {
@@ -86,7 +95,8 @@ impl Method {
     }
 
     fn runs_on(self, device: &Device) -> bool {
-        matches!(device, Device::Cpu(_)) || matches!(self, Self::Uncertified | Self::FilterOnly | Self::Full)
+        matches!(device, Device::Cpu(_))
+            || matches!(self, Self::Uncertified | Self::FilterOnly | Self::Full)
     }
 }
 
@@ -128,7 +138,8 @@ pub struct Row {
     pub wrong: Wrong,
     /// Pixels that were left open, by the filter alone; or had to be decided, on a GPU.
     pub open: Option<usize>,
-    /// Decisions, by where they were made; on the CPU one is made for each sphere in doubt at a pixel.
+    /// Decisions, by where they were made; on the CPU one is made for each sphere in doubt at a
+    /// pixel.
     pub decided: Option<Decided>,
     /// Largest error of a depth at pixels with the right id, in units in the last place of f32.
     pub depth_ulp: Option<f64>,
@@ -192,20 +203,41 @@ pub fn all(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<Report, Ben
 ///
 /// # Errors
 /// When a device fails.
-pub fn one(settings: &Settings, made: &Made, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
+pub fn one(
+    settings: &Settings,
+    made: &Made,
+    say: &mut dyn FnMut(&str),
+) -> Result<Report, BenchError> {
     let rows = one_scene(settings, made, say)?;
     Ok(report(settings, rows, Vec::new(), Vec::new()))
 }
 
 fn report(settings: &Settings, rows: Vec<Row>, price: Vec<Price>, checks: Vec<Check>) -> Report {
     let image = [settings.image.width, settings.image.height];
-    Report { version: 1, conditions: Conditions::here(&settings.devices), image, rows, price, checks }
+    Report {
+        version: 1,
+        conditions: Conditions::here(&settings.devices),
+        image,
+        rows,
+        price,
+        checks,
+    }
 }
 
-/// Spheres of a world and a camera that looks along `view` at `at` from `distance`, and sees `width` there.
-fn subject(name: &str, spheres: &[(DVec3, f64)], view: DVec3, at: DVec3, distance: f64, width: f64) -> Made {
-    let spheres: Vec<Sphere> =
-        spheres.iter().map(|&(center, radius)| Sphere { center, radius, color: [200; 3] }).collect();
+/// Spheres of a world and a camera that looks along `view` at `at` from `distance`, and sees
+/// `width` there.
+fn subject(
+    name: &str,
+    spheres: &[(DVec3, f64)],
+    view: DVec3,
+    at: DVec3,
+    distance: f64,
+    width: f64,
+) -> Made {
+    let spheres: Vec<Sphere> = spheres
+        .iter()
+        .map(|&(center, radius)| Sphere { center, radius, color: [200; 3] })
+        .collect();
     let scene = Scene::from_spheres(&spheres).expect("what is made here is finite and positive");
     let mut camera = Camera::orthographic(at - distance / view.length() * view, view);
     camera.size = ScreenSize::Width(width);
@@ -233,7 +265,8 @@ fn subjects(settings: &Settings) -> Vec<Made> {
     let of = |kind: Kind, count: usize| Recipe::new(kind, count).make(image);
     let oblique = DVec3::new(-1.0, -1.0, -0.75);
     let random = |index: u64| crate::make::Random { seed: 7 }.unit(index);
-    let spread = |index: u64| DVec3::from_array([0, 1, 2].map(|k| f64::from(random(3 * index + k)) - 0.5));
+    let spread =
+        |index: u64| DVec3::from_array([0, 1, 2].map(|k| f64::from(random(3 * index + k)) - 0.5));
     // Half a thousandth of a pixel either way, when 500 pixels are a radius.
     let close: Vec<_> = (0..200).map(|k| (spread(k) * 2e-6, 1.0)).collect();
     let mut ground = vec![(DVec3::new(0.0, 0.0, -6.4e6), 6.4e6)];
@@ -241,8 +274,9 @@ fn subjects(settings: &Settings) -> Vec<Made> {
         let place = spread(1000 + k) * DVec3::new(40.0, 40.0, 0.0);
         (place, 0.3 + f64::from(random(k)))
     }));
-    let shells: Vec<_> =
-        (0..20).map(|k| (DVec3::splat(1e-5) * spread(k), 1.0 + f64::from(20 - k as u32) * 4e-5)).collect();
+    let shells: Vec<_> = (0..20)
+        .map(|k| (DVec3::splat(1e-5) * spread(k), 1.0 + f64::from(20 - k as u32) * 4e-5))
+        .collect();
     let far: Vec<_> = (0..300).map(|k| (spread(2000 + k) * 20.0, 1.0)).collect();
     let wide = 2.0 * f64::from(image.width) / 1000.0;
     let mut list = vec![uniform(1_000)];
@@ -255,7 +289,10 @@ fn subjects(settings: &Settings) -> Vec<Made> {
     list.push(subject("near-coincident, 500 px", &close, oblique, DVec3::ZERO, 10.0, wide));
     let mut lattice = of(Kind::Lattice, if settings.quick { 500 } else { 10_000 });
     let side = lattice.scene.bounds().max_center.x;
-    list.push(Made { name: "fcc lattice, oblique".into(), ..of(Kind::Lattice, lattice.scene.len()) });
+    list.push(Made {
+        name: "fcc lattice, oblique".into(),
+        ..of(Kind::Lattice, lattice.scene.len())
+    });
     lattice.name = "fcc lattice along an axis".into();
     lattice.camera = Camera {
         size: ScreenSize::Width(1.25 * side),
@@ -263,7 +300,14 @@ fn subjects(settings: &Settings) -> Vec<Made> {
     };
     list.push(lattice);
     list.push(of(Kind::Twice, if settings.quick { 1_000 } else { 10_000 }));
-    list.push(subject("planet under foot", &ground, DVec3::new(1.0, 0.5, -0.4), DVec3::ZERO, 60.0, 50.0));
+    list.push(subject(
+        "planet under foot",
+        &ground,
+        DVec3::new(1.0, 0.5, -0.4),
+        DVec3::ZERO,
+        60.0,
+        50.0,
+    ));
     list.push(subject("nested shells", &shells, oblique, DVec3::ZERO, 100.0, 2.2));
     list.push(subject("camera 1e4 radii away", &far, oblique, DVec3::ZERO, 1e4, 30.0));
     if !settings.quick {
@@ -286,11 +330,21 @@ struct Entrant {
     samples: Samples,
 }
 
-fn draw(device: &mut Device, method: Method, made: &Made, view: &View) -> Result<Answer, BenchError> {
+fn draw(
+    device: &mut Device,
+    method: Method,
+    made: &Made,
+    view: &View,
+) -> Result<Answer, BenchError> {
     let (scene, region) = (&made.scene, Region::whole(view.image));
     let inexact = |formula| {
         let drawn = methods::draw(scene, view, formula);
-        Answer { ids: drawn.ids, depths: Some(drawn.depths), tests: drawn.tests, counts: Counts::default() }
+        Answer {
+            ids: drawn.ids,
+            depths: Some(drawn.depths),
+            tests: drawn.tests,
+            counts: Counts::default(),
+        }
     };
     let drawing: Drawing = match (method, device) {
         (Method::Textbook, _) => return Ok(inexact(Formula::Textbook)),
@@ -311,7 +365,11 @@ fn draw(device: &mut Device, method: Method, made: &Made, view: &View) -> Result
     Ok(Answer { ids, depths: None, tests: counts.tests, counts })
 }
 
-fn one_scene(settings: &Settings, made: &Made, say: &mut dyn FnMut(&str)) -> Result<Vec<Row>, BenchError> {
+fn one_scene(
+    settings: &Settings,
+    made: &Made,
+    say: &mut dyn FnMut(&str),
+) -> Result<Vec<Row>, BenchError> {
     let image = settings.image;
     say(&format!("{} spheres, {}", count(made.scene.len()), made.name));
     let view = |step: usize| View::new(moved(&made.camera, image, step), image);
@@ -324,8 +382,11 @@ fn one_scene(settings: &Settings, made: &Made, say: &mut dyn FnMut(&str)) -> Res
     let mut devices = Vec::new();
     for contender in &settings.devices {
         let device = Device::open(&contender.choice)?;
-        let methods = Method::ALL.into_iter().filter(|&method| method != Method::Exact && method.runs_on(&device));
-        let entrants: Vec<Entrant> = methods.map(|method| Entrant { method, samples: Samples::default() }).collect();
+        let methods = Method::ALL
+            .into_iter()
+            .filter(|&method| method != Method::Exact && method.runs_on(&device));
+        let entrants: Vec<Entrant> =
+            methods.map(|method| Entrant { method, samples: Samples::default() }).collect();
         devices.push((device, contender, entrants));
     }
     // The first picture warms up, and is the one that is compared.
@@ -344,7 +405,10 @@ fn one_scene(settings: &Settings, made: &Made, say: &mut dyn FnMut(&str)) -> Res
             }
         }
     }
-    let samples = devices.iter().flat_map(|(_, _, entrants)| entrants).map(|entrant| entrant.samples.timing());
+    let samples = devices
+        .iter()
+        .flat_map(|(_, _, entrants)| entrants)
+        .map(|entrant| entrant.samples.timing());
     for (row, time) in rows.iter_mut().zip(samples) {
         let Some(time) = time else { continue };
         row.set_time(time);
@@ -360,7 +424,8 @@ impl Row {
     fn set_time(&mut self, time: Timing) {
         let milliseconds = time.cpu.map_or(time.wall.median, |cpu| cpu.median);
         // What was put there is the number of tests.
-        self.ns_per_test = self.ns_per_test.filter(|&tests| tests > 0.0).map(|tests| milliseconds * 1e6 / tests);
+        self.ns_per_test =
+            self.ns_per_test.filter(|&tests| tests > 0.0).map(|tests| milliseconds * 1e6 / tests);
         self.ns_per_pixel = milliseconds * 1e6 / self.pixels as f64;
         self.time = time;
     }
@@ -387,16 +452,30 @@ impl<'a> Judge<'a> {
             hit.map_or(f64::INFINITY, |hit| pixel.distance(&hit))
         };
         let distances = exact.par_iter().enumerate().map(distance).collect();
-        Self { scene: &made.scene, view: *view, exact, distances, projector: Projector::new(truth, region) }
+        Self {
+            scene: &made.scene,
+            view: *view,
+            exact,
+            distances,
+            projector: Projector::new(truth, region),
+        }
     }
 
-    fn row(&self, made: &Made, device: &Device, argument: &str, method: Method, answer: &Answer) -> Row {
+    fn row(
+        &self,
+        made: &Made,
+        device: &Device,
+        argument: &str,
+        method: Method,
+        answer: &Answer,
+    ) -> Row {
         let on_cpu = matches!(device, Device::Cpu(_));
         let depths = match (method, &answer.depths) {
             (_, Some(depths)) => Some(depths.iter().map(|&depth| f64::from(depth)).collect()),
             (Method::Full, _) => {
                 let region = Region::whole(self.view.image);
-                let plane = frame::depth_plane(self.scene, &self.view, region, &answer.ids).expect("this view's ids");
+                let plane = frame::depth_plane(self.scene, &self.view, region, &answer.ids)
+                    .expect("this view's ids");
                 Some(plane.into_iter().map(f64::from).collect())
             }
             // A GPU's depths stay in it.
@@ -444,7 +523,9 @@ impl<'a> Judge<'a> {
             let s = self.projector.project(sphere.center, sphere.radius);
             let (sx, sy) = (self.projector.columns[at % width], self.projector.rows[at / width]);
             let (b, q, a) = match self.projector.projection {
-                Projection::Orthographic => (s.z, s.r * s.r - (sx - s.x) * (sx - s.x) - (sy - s.y) * (sy - s.y), 1.0),
+                Projection::Orthographic => {
+                    (s.z, s.r * s.r - (sx - s.x) * (sx - s.x) - (sy - s.y) * (sy - s.y), 1.0)
+                }
                 Projection::Perspective => {
                     let a = 1.0 + sx * sx + sy * sy;
                     let (n, m) = (s.z * sx - s.x, s.y - s.z * sy);
@@ -459,7 +540,8 @@ impl<'a> Judge<'a> {
         self.exact.par_iter().enumerate().map(depth).collect()
     }
 
-    /// The largest errors of depths where the id is right: in units in the last place of f32, and relative.
+    /// The largest errors of depths where the id is right: in units in the last place of f32, and
+    /// relative.
     fn depth_errors(&self, ids: &[i32], depths: &[f64]) -> [f64; 2] {
         let errors = |at: usize| {
             let (id, truth) = (ids[at], self.distances[at]);
@@ -471,13 +553,18 @@ impl<'a> Judge<'a> {
             let unit = f64::from(nearest.next_up()) - f64::from(nearest);
             [error / unit, error / truth.abs()]
         };
-        (0..ids.len()).into_par_iter().map(errors).reduce(|| [0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
+        (0..ids.len())
+            .into_par_iter()
+            .map(errors)
+            .reduce(|| [0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
     }
 
-    /// The largest distance, in pixels, of a pixel that was wrongly hit or missed from the outline of the sphere in question.
+    /// The largest distance, in pixels, of a pixel that was wrongly hit or missed from the outline
+    /// of the sphere in question.
     fn silhouette(&self, ids: &[i32]) -> f64 {
         let width = self.view.image.width as usize;
-        let pitch = self.view.pitch_x.to_f64() * if self.orthographic() { self.projector.scale } else { 1.0 };
+        let pitch = self.view.pitch_x.to_f64()
+            * if self.orthographic() { self.projector.scale } else { 1.0 };
         let shift = |at: usize| {
             let (id, truth) = (ids[at], self.exact[at]);
             if id == truth || id == UNDECIDED {
@@ -487,18 +574,24 @@ impl<'a> Judge<'a> {
             let beyond = |index: usize| {
                 let sphere = self.scene.known(index);
                 let s = self.projector.project(sphere.center, sphere.radius);
-                let (sx, sy) = (self.projector.columns[at % width], self.projector.rows[at / width]);
+                let (sx, sy) =
+                    (self.projector.columns[at % width], self.projector.rows[at / width]);
                 if self.orthographic() {
                     ((sx - s.x).hypot(sy - s.y) - s.r) / pitch
                 } else {
                     let (n, m) = (s.z * sx - s.x, s.y - s.z * sy);
-                    let apart = ((n * n + m * m + (n * sy + m * sx).powi(2)) / (1.0 + sx * sx + sy * sy)).sqrt();
+                    let apart = ((n * n + m * m + (n * sy + m * sx).powi(2))
+                        / (1.0 + sx * sx + sy * sy))
+                        .sqrt();
                     (apart - s.r) / (pitch * s.z.abs())
                 }
             };
             let extra = usize::try_from(id).map_or(0.0, |index| beyond(index).max(0.0));
-            let missed =
-                if id == -1 { usize::try_from(truth).map_or(0.0, |index| (-beyond(index)).max(0.0)) } else { 0.0 };
+            let missed = if id == -1 {
+                usize::try_from(truth).map_or(0.0, |index| (-beyond(index)).max(0.0))
+            } else {
+                0.0
+            };
             extra.max(missed)
         };
         (0..ids.len()).into_par_iter().map(shift).reduce(|| 0.0, f64::max)
@@ -513,7 +606,14 @@ impl<'a> Judge<'a> {
 const NONE: Summary = Summary { median: 0.0, least: 0.0, greatest: 0.0, runs: 0 };
 
 /// Some pixels, at each of which every sphere whose box holds it is decided exactly.
-fn everything_exact(made: &Made, truth: &Truth, region: Region, exact: &[i32], samples: usize, runs: usize) -> Row {
+fn everything_exact(
+    made: &Made,
+    truth: &Truth,
+    region: Region,
+    exact: &[i32],
+    samples: usize,
+    runs: usize,
+) -> Row {
     let binner = Binner::new(&made.scene, truth, region, 5);
     let grid = binner.grid;
     let mut workspace = Workspace::<Entry>::default();
@@ -591,18 +691,23 @@ struct Subject {
     limit: f64,
 }
 
-/// Spheres on the integers about the origin. Pixels are a 32nd of a cell: true ties where rays lie in planes of symmetry.
+/// Spheres on the integers about the origin. Pixels are a 32nd of a cell: true ties where rays lie
+/// in planes of symmetry.
 fn cubic(name: &str, side: i32, radius: f64, view: DVec3, image: ImageSize) -> Made {
     let side_of = |k: i32| f64::from(k - side / 2);
-    let place = |k: i32| DVec3::new(side_of(k % side), side_of(k / side % side), side_of(k / (side * side)));
+    let place = |k: i32| {
+        DVec3::new(side_of(k % side), side_of(k / side % side), side_of(k / (side * side)))
+    };
     let spheres: Vec<_> = (0..side * side * side).map(|k| (place(k), radius)).collect();
     subject(name, &spheres, view, DVec3::ZERO, 64.0 * view.length(), f64::from(image.width) / 32.0)
 }
 
 /// Generic and hard scenes.
 fn priced(settings: &Settings) -> Vec<Subject> {
-    let image = if settings.quick { settings.image } else { ImageSize { width: 1024, height: 1024 } };
-    let counts: &[usize] = if settings.quick { &[1_000] } else { &[1_000, 10_000, 100_000, 1_000_000] };
+    let image =
+        if settings.quick { settings.image } else { ImageSize { width: 1024, height: 1024 } };
+    let counts: &[usize] =
+        if settings.quick { &[1_000] } else { &[1_000, 10_000, 100_000, 1_000_000] };
     let hard = if settings.quick { 1_000 } else { 100_000 };
     let mut subjects = Vec::new();
     for projection in [Projection::Orthographic, Projection::Perspective] {
@@ -618,12 +723,20 @@ fn priced(settings: &Settings) -> Vec<Subject> {
     let side = if settings.quick { 10 } else { 40 };
     let along = cubic("cubic lattice along an axis", side, 0.7, DVec3::X, odd);
     let oblique = cubic("cubic lattice, oblique", side, 0.7, DVec3::new(2.0, 1.0, 0.0), odd);
-    subjects.extend([along, oblique].map(|made| Subject { made, image: odd, stride: 0, limit: 2.0 }));
+    subjects.extend([along, oblique].map(|made| Subject {
+        made,
+        image: odd,
+        stride: 0,
+        limit: 2.0,
+    }));
     subjects
 }
 
 /// The devices as they are against the same without bounds, in turn, on generic and on hard scenes.
-fn price(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<(Vec<Price>, Vec<Check>), BenchError> {
+fn price(
+    settings: &Settings,
+    say: &mut dyn FnMut(&str),
+) -> Result<(Vec<Price>, Vec<Check>), BenchError> {
     let (mut prices, mut checks) = (Vec::new(), Vec::new());
     for Subject { made, image, stride, limit } in priced(settings) {
         let spheres = made.scene.len();
@@ -631,14 +744,18 @@ fn price(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<(Vec<Price>, 
         for contender in &settings.devices {
             let mut device = Device::open(&contender.choice)?;
             let (mut full, mut plain) = (Samples::default(), Samples::default());
-            // Small differences want many repetitions, most of all where pictures are drawn fast; the order within a pair changes from one
-            // to the next, and the views are those of the first pairs again and again.
+            // Small differences want many repetitions, most of all where pictures are drawn fast;
+            // the order within a pair changes from one to the next, and the views are those of the
+            // first pairs again and again.
             let (least, begin) = (3 * settings.frames, Instant::now());
-            let enough = |step: usize| step > least && (settings.quick || begin.elapsed() >= LONG_ENOUGH);
+            let enough =
+                |step: usize| step > least && (settings.quick || begin.elapsed() >= LONG_ENOUGH);
             for step in (0..).take_while(|&step| !enough(step)) {
-                let view = View::new(moved(&made.camera, image, stride * (step % (least + 1))), image);
+                let view =
+                    View::new(moved(&made.camera, image, stride * (step % (least + 1))), image);
                 let mut warm = (Samples::default(), Samples::default());
-                let (full, plain) = if step == 0 { (&mut warm.0, &mut warm.1) } else { (&mut full, &mut plain) };
+                let (full, plain) =
+                    if step == 0 { (&mut warm.0, &mut warm.1) } else { (&mut full, &mut plain) };
                 for turn in 0..2 {
                     let (method, samples) = if (step + turn) % 2 == 0 {
                         (Method::Full, &mut *full)
@@ -648,14 +765,18 @@ fn price(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<(Vec<Price>, 
                     samples.add(|| draw(&mut device, method, &made, &view))?;
                 }
             }
-            let [full, plain] =
-                [full, plain].map(|samples| if samples.cpu.is_empty() { samples.wall } else { samples.cpu });
+            let [full, plain] = [full, plain]
+                .map(|samples| if samples.cpu.is_empty() { samples.wall } else { samples.cpu });
             let (Some(ratio), Some(of_full), Some(of_plain)) =
                 (Summary::of_ratios(&full, &plain), Summary::of(&full), Summary::of(&plain))
             else {
                 continue;
             };
-            let what = format!("{} spheres, {}: full chain over bounds switched off", count(spheres), made.name);
+            let what = format!(
+                "{} spheres, {}: full chain over bounds switched off",
+                count(spheres),
+                made.name
+            );
             // The goals are for full size.
             if !settings.quick {
                 checks.push(check(&what, &contender.argument, ratio.median, limit, false));
@@ -679,17 +800,22 @@ impl Report {
         let mut text = self.conditions.text();
         if !self.rows.is_empty() {
             text += &format!(
-                "{} x {} pixels. Milliseconds are of a picture (all exact: of the pixels told in brackets); cpu is processor time \
-             of all threads,\nand what ns are of. Depths: the largest error at pixels with the right id, in f32 units in the \
-             last place (ulp) and relative.\nOutline: the largest distance of a wrong hit or miss from the true outline. \
-             Open: pixels that the filter leaves to be decided.\nDecided: by 100 bits / 128-bit integers / integers of any \
-             size.\n",
+                "{} x {} pixels. Milliseconds are of a picture (all exact: of the pixels told in \
+                 brackets); cpu is processor time of all threads,\n\
+                 and what ns are of. Depths: the largest error at pixels with the right id, in \
+                 f32 units in the last place (ulp) and relative.\n\
+                 Outline: the largest distance of a wrong hit or miss from the true outline. \
+                 Open: pixels that the filter leaves to be decided.\n\
+                 Decided: by 100 bits / 128-bit integers / integers of any size.\n",
                 self.image[0], self.image[1]
             );
         }
         let mut rows = &self.rows[..];
         while let Some(first) = rows.first() {
-            let same = rows.iter().take_while(|row| row.scene == first.scene && row.spheres == first.spheres).count();
+            let same = rows
+                .iter()
+                .take_while(|row| row.scene == first.scene && row.spheres == first.spheres)
+                .count();
             text += &format!("\n{} spheres, {}\n", count(first.spheres), first.scene);
             let mut table = Table::new(&[
                 "method",
@@ -709,9 +835,14 @@ impl Report {
             ]);
             for row in &rows[..same] {
                 let all = row.pixels == self.image[0] as usize * self.image[1] as usize;
-                let [low, high] = [row.time.wall.least, row.time.wall.greatest].map(|v| number(Some(v)));
+                let [low, high] =
+                    [row.time.wall.least, row.time.wall.greatest].map(|v| number(Some(v)));
                 table.row(vec![
-                    if all { row.words.into() } else { format!("{} ({} px)", row.words, row.pixels) },
+                    if all {
+                        row.words.into()
+                    } else {
+                        format!("{} ({} px)", row.words, row.pixels)
+                    },
                     row.device.clone(),
                     format!("{} ({low}-{high})", number(Some(row.time.wall.median))),
                     number(row.time.cpu.map(|cpu| cpu.median)),
@@ -724,17 +855,21 @@ impl Report {
                     number(row.depth_relative),
                     number(Some(row.silhouette)),
                     row.open.map_or("-".into(), |open| open.to_string()),
-                    row.decided.map_or("-".into(), |d| format!("{} / {} / {}", d.bits100, d.bits128, d.big)),
+                    row.decided.map_or("-".into(), |d| {
+                        format!("{} / {} / {}", d.bits100, d.bits128, d.big)
+                    }),
                 ]);
             }
             text += &table.text();
             rows = &rows[same..];
         }
         if !self.price.is_empty() {
-            text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above; cubic lattices: one less): processor ms with \
-                     everything, and\nwith bounds and decisions switched off, in turn\n";
-            let mut table =
-                Table::new(&["scene", "spheres", "on", "full", "off", "ratio", "least", "greatest", "runs"]);
+            text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above; cubic \
+                     lattices: one less): processor ms with everything, and\nwith bounds and \
+                     decisions switched off, in turn\n";
+            let mut table = Table::new(&[
+                "scene", "spheres", "on", "full", "off", "ratio", "least", "greatest", "runs",
+            ]);
             for price in &self.price {
                 table.row(vec![
                     price.scene.clone(),
@@ -755,7 +890,8 @@ impl Report {
 
     /// Wrong pixels where none may be: by the filter alone, the full chain and exact decisions.
     pub fn certain_wrong(&self) -> usize {
-        let certain = |row: &&Row| matches!(row.method, Method::FilterOnly | Method::Full | Method::Exact);
+        let certain =
+            |row: &&Row| matches!(row.method, Method::FilterOnly | Method::Full | Method::Exact);
         self.rows.iter().filter(certain).map(|row| row.wrong.total()).sum()
     }
 }

@@ -1,8 +1,10 @@
-//! The inexact ways to find the nearest sphere that `bench accuracy` holds against ours, in f32 as they are commonly written.
+//! The inexact ways to find the nearest sphere that `bench accuracy` holds against ours, in f32 as
+//! they are commonly written.
 //!
-//! All of them look at the same spheres: those of the conservative tile lists of [`crate::bins`], at the pixels of each
-//! sphere's bounding box, roughly front to back, so that they differ in the formula only. Rays are made in f64 and rounded
-//! once, and nothing outside a sphere's box is tested: both are kind to them.
+//! All of them look at the same spheres: those of the conservative tile lists of [`crate::bins`],
+//! at the pixels of each sphere's bounding box, roughly front to back, so that they differ in the
+//! formula only. Rays are made in f64 and rounded once, and nothing outside a sphere's box is
+//! tested: both are kind to them.
 
 use std::time::Instant;
 
@@ -28,8 +30,9 @@ pub enum Formula {
     Textbook,
     /// The distance of the centre from the ray as `|L|^2 - (L.d)^2`.
     Geometric,
-    /// The same distance from the vector itself, and the roots without cancellation (Haines, Guenther and Akenine-Moller,
-    /// "Precision improvements for ray / sphere intersection", Ray Tracing Gems, chapter 7).
+    /// The same distance from the vector itself, and the roots without cancellation (Haines,
+    /// Guenther and Akenine-Moller, "Precision improvements for ray / sphere intersection", Ray
+    /// Tracing Gems, chapter 7).
     Shifted,
 }
 
@@ -77,7 +80,8 @@ impl Roots for Textbook {
     #[inline(always)]
     fn roots(Pair { origin, direction, center, radius }: Pair) -> (f32, f32, f32) {
         let f = minus(origin, center);
-        let (a, b, c) = (dot(direction, direction), 2.0 * dot(f, direction), dot(f, f) - radius * radius);
+        let (a, b, c) =
+            (dot(direction, direction), 2.0 * dot(f, direction), dot(f, f) - radius * radius);
         let square = b * b - 4.0 * a * c;
         let root = square.sqrt();
         (square, (-b - root) / (2.0 * a), (-b + root) / (2.0 * a))
@@ -144,9 +148,12 @@ impl<F: Roots> simd::Work for Paint<'_, F> {
                     tests += LANES as u64;
                     let Tile { rays, depth, id } = &mut *self.tile;
                     for k in at..at + LANES {
-                        let (origin, direction) =
-                            ([rays[0][k], rays[1][k], rays[2][k]], [rays[3][k], rays[4][k], rays[5][k]]);
-                        let (square, one, other) = F::roots(Pair { origin, direction, center, radius });
+                        let (origin, direction) = (
+                            [rays[0][k], rays[1][k], rays[2][k]],
+                            [rays[3][k], rays[4][k], rays[5][k]],
+                        );
+                        let (square, one, other) =
+                            F::roots(Pair { origin, direction, center, radius });
                         let t = if one >= near { one } else { other };
                         let wins = (square >= 0.0) & (t >= near) & (t <= far) & (t < depth[k]);
                         depth[k] = if wins { t } else { depth[k] };
@@ -175,7 +182,8 @@ pub fn draw(scene: &Scene, view: &View, formula: Formula) -> Inexact {
     let painted: Vec<(Box<Tile>, u64)> = (0..grid.tiles())
         .into_par_iter()
         .map(|number| {
-            let (x, y) = (number % grid.columns as usize * SIDE, number / grid.columns as usize * SIDE);
+            let (x, y) =
+                (number % grid.columns as usize * SIDE, number / grid.columns as usize * SIDE);
             let mut tile = Box::new(Tile {
                 rays: [[0.0; SIDE * SIDE]; 6],
                 depth: [f32::INFINITY; SIDE * SIDE],
@@ -246,7 +254,10 @@ impl Rays {
         let first = view.ray(0, 0);
         let (right, down) = (view.ray(last_x, 0), view.ray(0, last_y));
         let step = |to: crate::camera::Ray, steps: u32| {
-            [(to.origin - first.origin) / f64::from(steps), (to.direction - first.direction) / f64::from(steps)]
+            [
+                (to.origin - first.origin) / f64::from(steps),
+                (to.direction - first.direction) / f64::from(steps),
+            ]
         };
         Self { first, right: step(right, last_x), down: step(down, last_y) }
     }
@@ -280,18 +291,27 @@ mod tests {
     #[test]
     fn formulas_are_nearly_right_where_nothing_is_hard() {
         let image = ImageSize { width: 75, height: 66 };
-        for recipe in [Recipe::new(Kind::Uniform, 100), Recipe::new(Kind::Uniform, 100).in_perspective()] {
+        for recipe in
+            [Recipe::new(Kind::Uniform, 100), Recipe::new(Kind::Uniform, 100).in_perspective()]
+        {
             let made = recipe.make(image);
             let view = View::new(made.camera, image);
             let exact = reference::exact(&made.scene, &view, Region::whole(image)).ids;
             let hits = exact.iter().filter(|&&id| id >= 0).count();
             assert!(hits > 500);
-            for (formula, most) in [(Formula::Textbook, 40), (Formula::Geometric, 40), (Formula::Shifted, 5)] {
+            for (formula, most) in
+                [(Formula::Textbook, 40), (Formula::Geometric, 40), (Formula::Shifted, 5)]
+            {
                 let drawn = draw(&made.scene, &view, formula);
                 let wrong = Wrong::count(&drawn.ids, &exact);
                 assert!(wrong.total() <= most, "{}: {formula:?}: {wrong:?} of {hits}", made.name);
                 assert!(
-                    drawn.tests > 0 && drawn.depths.iter().zip(&drawn.ids).all(|(d, &id)| d.is_finite() == (id >= 0))
+                    drawn.tests > 0
+                        && drawn
+                            .depths
+                            .iter()
+                            .zip(&drawn.ids)
+                            .all(|(d, &id)| d.is_finite() == (id >= 0))
                 );
             }
         }

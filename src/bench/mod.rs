@@ -1,8 +1,9 @@
 //! Measurements: how fast pictures are drawn ([`speed`]), how right they are at what price
 //! ([`accuracy`]), and how fast and how small they are written ([`png`]).
 //!
-//! This module makes scenes, runs devices and whole processes, compares with exact ids, and puts the figures into tables; the
-//! command line prints them. The inexact kernels that pictures are compared with live here and nowhere else.
+//! This module makes scenes, runs devices and whole processes, compares with exact ids, and puts
+//! the figures into tables; the command line prints them. The inexact kernels that pictures are
+//! compared with live here and nowhere else.
 
 pub mod accuracy;
 pub mod methods;

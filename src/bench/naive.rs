@@ -1,4 +1,5 @@
-//! The loop that anybody writes first, as a baseline on the CPU: at every pixel every sphere, one at a time, in f32.
+//! The loop that anybody writes first, as a baseline on the CPU: at every pixel every sphere, one
+//! at a time, in f32.
 
 use rayon::prelude::*;
 
@@ -43,7 +44,11 @@ pub fn draw(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
 
 /// `test` gives `b`, `q` and `a` of the roots `(b -+ sqrt q) / a`.
 #[inline(always)]
-fn nearest(spheres: &[[f32; 4]], [near, far]: [f32; 2], test: impl Fn([f32; 4]) -> (f32, f32, f32)) -> i32 {
+fn nearest(
+    spheres: &[[f32; 4]],
+    [near, far]: [f32; 2],
+    test: impl Fn([f32; 4]) -> (f32, f32, f32),
+) -> i32 {
     let (mut best, mut id) = (f32::INFINITY, -1);
     for (index, &sphere) in spheres.iter().enumerate() {
         let (b, q, a) = test(sphere);
@@ -73,7 +78,9 @@ mod tests {
     #[test]
     fn it_is_nearly_right() {
         let image = ImageSize { width: 64, height: 64 };
-        for recipe in [Recipe::new(Kind::Uniform, 200), Recipe::new(Kind::Uniform, 200).in_perspective()] {
+        for recipe in
+            [Recipe::new(Kind::Uniform, 200), Recipe::new(Kind::Uniform, 200).in_perspective()]
+        {
             let made = recipe.make(image);
             let (view, region) = (View::new(made.camera, image), Region::whole(image));
             let exact = reference::exact(&made.scene, &view, region).ids;

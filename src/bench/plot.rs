@@ -1,7 +1,9 @@
-//! The plot of `bench accuracy`: error against time, one panel a scene, one mark a method and device, as SVG.
+//! The plot of `bench accuracy`: error against time, one panel a scene, one mark a method and
+//! device, as SVG.
 //!
-//! Panels share their axes: time per pixel to the right, wrong pixels of a million upwards, both logarithmic; a
-//! band below them is for zero. Methods are told apart by colour and shape, which the legend names; panels need no other words.
+//! Panels share their axes: time per pixel to the right, wrong pixels of a million upwards, both
+//! logarithmic; a band below them is for zero. Methods are told apart by colour and shape, which
+//! the legend names; panels need no other words.
 
 use std::fmt::Write;
 
@@ -20,7 +22,8 @@ const GAP_Y: f64 = 50.0;
 const LEFT: f64 = 78.0;
 const RIGHT: f64 = 24.0;
 const BOTTOM: f64 = 64.0;
-/// Of the band of zeros, on the floor of a panel; marks that would overlap lie above each other in it.
+/// Of the band of zeros, on the floor of a panel; marks that would overlap lie above each other in
+/// it.
 const ZERO: f64 = 74.0;
 /// Of one row of marks in that band, and the width that a mark takes up.
 const LANE: f64 = 14.0;
@@ -45,9 +48,11 @@ fn color(method: Method) -> &'static str {
 fn mark(method: Method, on_cpu: bool, x: f64, y: f64) -> String {
     let color = color(method);
     let fill = if on_cpu { color } else { "#ffffff" };
-    let style = format!("fill=\"{fill}\" fill-opacity=\"0.85\" stroke=\"{color}\" stroke-width=\"1.8\"");
+    let style =
+        format!("fill=\"{fill}\" fill-opacity=\"0.85\" stroke=\"{color}\" stroke-width=\"1.8\"");
     let polygon = |points: &[(f64, f64)]| {
-        let points: Vec<String> = points.iter().map(|(dx, dy)| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
+        let points: Vec<String> =
+            points.iter().map(|(dx, dy)| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
         format!("<polygon points=\"{}\" {style}/>", points.join(" "))
     };
     match method {
@@ -64,7 +69,8 @@ fn mark(method: Method, on_cpu: bool, x: f64, y: f64) -> String {
 /// A range of powers of ten that holds all numbers.
 fn decades(values: impl Iterator<Item = f64>) -> Option<[i32; 2]> {
     let logs = values.filter(|value| value.is_finite() && *value > 0.0).map(f64::log10);
-    let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), log| (low.min(log), high.max(log)));
+    let (low, high) = logs
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), log| (low.min(log), high.max(log)));
     (low <= high).then(|| {
         let low = low.floor() as i32;
         [low, (high.ceil() as i32).max(low + 1)]
@@ -97,7 +103,8 @@ pub fn svg(report: &Report) -> String {
             scenes.push((&row.scene, row.spheres));
         }
     }
-    let [first_x, last_x] = decades(report.rows.iter().map(|row| row.ns_per_pixel)).unwrap_or([0, 1]);
+    let [first_x, last_x] =
+        decades(report.rows.iter().map(|row| row.ns_per_pixel)).unwrap_or([0, 1]);
     let [first_y, last_y] = decades(report.rows.iter().map(wrong)).unwrap_or([0, 1]);
     let mut legend: Vec<(Method, bool, String)> = Vec::new();
     for row in &report.rows {
@@ -106,7 +113,8 @@ pub fn svg(report: &Report) -> String {
             legend.push((row.method, on_cpu, format!("{}, {}", row.words, row.device)));
         }
     }
-    legend.sort_by_key(|(method, on_cpu, _)| (!on_cpu, Method::ALL.iter().position(|m| m == method)));
+    legend
+        .sort_by_key(|(method, on_cpu, _)| (!on_cpu, Method::ALL.iter().position(|m| m == method)));
 
     let columns = scenes.len().clamp(1, COLUMNS);
     let lines = scenes.len().div_ceil(columns).max(1);
@@ -117,18 +125,30 @@ pub fn svg(report: &Report) -> String {
     let height = top + lines as f64 * (HIGH + GAP_Y) + BOTTOM;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
-         viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#222222\">\n\
+         viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"12\" \
+         fill=\"#222222\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
-         <text x=\"{LEFT}\" y=\"28\" font-size=\"17\" font-weight=\"bold\">Wrong pixels against time, {} x {} pixels</text>\n\
-         <text x=\"{LEFT}\" y=\"47\">Filled: CPU; hollow: GPU. What a filter alone leaves open is not counted as wrong.</text>\n",
+         <text x=\"{LEFT}\" y=\"28\" font-size=\"17\" font-weight=\"bold\">Wrong pixels against \
+         time, {} x {} pixels</text>\n\
+         <text x=\"{LEFT}\" y=\"47\">Filled: CPU; hollow: GPU. What a filter alone leaves open is \
+         not counted as wrong.</text>\n",
         report.image[0], report.image[1]
     );
     for (k, (method, on_cpu, words)) in legend.iter().enumerate() {
-        let (x, y) = (LEFT + 8.0 + (k % per_line) as f64 * 170.0, 70.0 + (k / per_line) as f64 * 22.0);
+        let (x, y) =
+            (LEFT + 8.0 + (k % per_line) as f64 * 170.0, 70.0 + (k / per_line) as f64 * 22.0);
         let _ = writeln!(out, "{}", mark(*method, *on_cpu, x, y));
-        let _ = writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>", x + 13.0, y + 4.0, escaped(words));
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+            x + 13.0,
+            y + 4.0,
+            escaped(words)
+        );
     }
-    let across = |ns: f64| (ns.max(1e-300).log10() - f64::from(first_x)) / f64::from(last_x - first_x) * WIDE;
+    let across = |ns: f64| {
+        (ns.max(1e-300).log10() - f64::from(first_x)) / f64::from(last_x - first_x) * WIDE
+    };
     let up = |wrong: f64| {
         let share = (wrong.log10() - f64::from(first_y)) / f64::from(last_y - first_y);
         ZERO + HEAD + share * (HIGH - ZERO - 2.0 * HEAD)
@@ -141,8 +161,11 @@ pub fn svg(report: &Report) -> String {
         let title = format!("{scene}, {}", count(*spheres));
         // Long names, such as paths, keep their ends.
         let length = title.chars().count();
-        let title: String =
-            if length > 40 { format!("...{}", title.chars().skip(length - 37).collect::<String>()) } else { title };
+        let title: String = if length > 40 {
+            format!("...{}", title.chars().skip(length - 37).collect::<String>())
+        } else {
+            title
+        };
         let _ = writeln!(
             out,
             "<text x=\"{x:.1}\" y=\"{:.1}\" font-weight=\"bold\">{}</text>",
@@ -151,14 +174,16 @@ pub fn svg(report: &Report) -> String {
         );
         let _ = writeln!(
             out,
-            "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{WIDE}\" height=\"{HIGH}\" fill=\"#fafafa\" stroke=\"#999999\"/>",
+            "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{WIDE}\" height=\"{HIGH}\" fill=\"#fafafa\" \
+             stroke=\"#999999\"/>",
             floor - HIGH
         );
         for exponent in first_x..=last_x {
             let at = x + across(10f64.powi(exponent));
             let _ = writeln!(
                 out,
-                "<line x1=\"{at:.1}\" y1=\"{:.1}\" x2=\"{at:.1}\" y2=\"{floor:.1}\" stroke=\"#dddddd\"/>",
+                "<line x1=\"{at:.1}\" y1=\"{:.1}\" x2=\"{at:.1}\" y2=\"{floor:.1}\" \
+                 stroke=\"#dddddd\"/>",
                 floor - HIGH
             );
             if lowest {
@@ -170,13 +195,14 @@ pub fn svg(report: &Report) -> String {
                 );
             }
         }
-        let mut ticks: Vec<(f64, String)> =
-            (first_y..=last_y).map(|exponent| (up(10f64.powi(exponent)), power(exponent))).collect();
+        let mut ticks: Vec<(f64, String)> = (first_y..=last_y)
+            .map(|exponent| (up(10f64.powi(exponent)), power(exponent)))
+            .collect();
         ticks.push((0.5 * ZERO, "0".into()));
         let _ = writeln!(
             out,
-            "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{WIDE}\" height=\"{ZERO}\" fill=\"#009e73\" fill-opacity=\"0.10\" \
-             stroke=\"#999999\"/>",
+            "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{WIDE}\" height=\"{ZERO}\" fill=\"#009e73\" \
+             fill-opacity=\"0.10\" stroke=\"#999999\"/>",
             floor - ZERO
         );
         for (height, label) in ticks {
@@ -184,7 +210,8 @@ pub fn svg(report: &Report) -> String {
             if height > ZERO {
                 let _ = writeln!(
                     out,
-                    "<line x1=\"{x:.1}\" y1=\"{at:.1}\" x2=\"{:.1}\" y2=\"{at:.1}\" stroke=\"#dddddd\"/>",
+                    "<line x1=\"{x:.1}\" y1=\"{at:.1}\" x2=\"{:.1}\" y2=\"{at:.1}\" \
+                     stroke=\"#dddddd\"/>",
                     x + WIDE
                 );
             }
@@ -197,8 +224,11 @@ pub fn svg(report: &Report) -> String {
                 );
             }
         }
-        let mut rows: Vec<&Row> =
-            report.rows.iter().filter(|row| (row.scene.as_str(), row.spheres) == (*scene, *spheres)).collect();
+        let mut rows: Vec<&Row> = report
+            .rows
+            .iter()
+            .filter(|row| (row.scene.as_str(), row.spheres) == (*scene, *spheres))
+            .collect();
         rows.sort_by(|a, b| a.ns_per_pixel.total_cmp(&b.ns_per_pixel));
         // Where the last mark of each lane ends.
         let mut lanes = [f64::NEG_INFINITY; ((ZERO - 4.0) / LANE) as usize];
@@ -226,15 +256,15 @@ pub fn svg(report: &Report) -> String {
     let middle = LEFT + (width - LEFT - RIGHT) / 2.0;
     let _ = writeln!(
         out,
-        "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"13\">nanoseconds of processor time per \
-         pixel</text>",
+        "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"13\">nanoseconds \
+         of processor time per pixel</text>",
         height - 18.0
     );
     let center = top + (height - top - BOTTOM) / 2.0;
     let _ = writeln!(
         out,
-        "<text x=\"22\" y=\"{center:.1}\" text-anchor=\"middle\" font-size=\"13\" transform=\"rotate(-90 22 {center:.1})\">wrong \
-         pixels of a million</text>\n</svg>"
+        "<text x=\"22\" y=\"{center:.1}\" text-anchor=\"middle\" font-size=\"13\" \
+         transform=\"rotate(-90 22 {center:.1})\">wrong pixels of a million</text>\n</svg>"
     );
     out
 }

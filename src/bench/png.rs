@@ -85,7 +85,13 @@ impl Way {
             }
             Self::CrateFastest => {
                 let compression = DeflateCompression::FdeflateUltraFast;
-                by_crate(&mut bytes, region, &paint.colors(ids).map_err(io::Error::other)?, compression, Filter::Up)?;
+                by_crate(
+                    &mut bytes,
+                    region,
+                    &paint.colors(ids).map_err(io::Error::other)?,
+                    compression,
+                    Filter::Up,
+                )?;
             }
         }
         Ok(Some(bytes))
@@ -149,7 +155,11 @@ pub struct Report {
 ///
 /// # Errors
 /// When a picture cannot be drawn.
-pub fn measure(pictures: &[Picture], rounds: usize, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
+pub fn measure(
+    pictures: &[Picture],
+    rounds: usize,
+    say: &mut dyn FnMut(&str),
+) -> Result<Report, BenchError> {
     let mut rows = Vec::new();
     for picture in pictures {
         say(&picture.name);
@@ -163,14 +173,26 @@ pub fn measure(pictures: &[Picture], rounds: usize, say: &mut dyn FnMut(&str)) -
         if !has_palette {
             let fewer = fewer_colors(&picture.scene);
             let paint = Paint { scene: &fewer, background: fewer_bits(picture.background) };
-            rows.extend(of(&format!("{}, at most 256 colours", picture.name), region, &ids, &paint, rounds)?);
+            rows.extend(of(
+                &format!("{}, at most 256 colours", picture.name),
+                region,
+                &ids,
+                &paint,
+                rounds,
+            )?);
         }
     }
     Ok(Report { version: 1, conditions: Conditions::here(&[]), rounds, rows })
 }
 
 /// All ways of one picture.
-fn of(name: &str, region: Region, ids: &[i32], paint: &Paint, rounds: usize) -> io::Result<Vec<Row>> {
+fn of(
+    name: &str,
+    region: Region,
+    ids: &[i32],
+    paint: &Paint,
+    rounds: usize,
+) -> io::Result<Vec<Row>> {
     let mut measured: Vec<(Way, usize, Vec<f64>, Vec<f64>)> = Vec::new();
     for way in Way::ALL {
         if let Some(bytes) = way.write(region, ids, paint)? {
@@ -217,14 +239,22 @@ fn fewer_colors(scene: &Scene) -> Scene {
         let sphere = scene.sphere(k).expect("it is one of the scene");
         Sphere { color: fewer_bits(sphere.color), ..sphere }
     };
-    Scene::from_spheres(&(0..scene.len()).map(sphere).collect::<Vec<_>>()).expect("spheres of a scene are a scene")
+    Scene::from_spheres(&(0..scene.len()).map(sphere).collect::<Vec<_>>())
+        .expect("spheres of a scene are a scene")
 }
 
 impl Report {
     /// As a table.
     pub fn text(&self) -> String {
-        let mut table =
-            Table::new(&["picture, way", "wall ms", "cpu ms", "KB", "wall / palette", "cpu / palette", "KB / palette"]);
+        let mut table = Table::new(&[
+            "picture, way",
+            "wall ms",
+            "cpu ms",
+            "KB",
+            "wall / palette",
+            "cpu / palette",
+            "KB / palette",
+        ]);
         let mut last = "";
         for row in &self.rows {
             if row.picture != last {
@@ -250,8 +280,12 @@ impl Report {
             ]);
         }
         format!(
-            "{}\nIds to the bytes of a PNG in memory, the ways in turn: medians of {} rounds, with the least and the greatest in \
-             brackets; ratios round by round.\ncpu is processor time of all threads. A KB is 1000 bytes.\n\n{}",
+            "{}\n\
+             Ids to the bytes of a PNG in memory, the ways in turn: medians of {} rounds, with \
+             the least and the greatest in brackets; ratios round by round.\n\
+             cpu is processor time of all threads. A KB is 1000 bytes.\n\
+             \n\
+             {}",
             self.conditions.text(),
             self.rounds,
             table.text()

@@ -1,7 +1,7 @@
 //! What a process costs: wall time, processor time summed over its threads, peak memory.
 //!
-//! Processor time and memory are the operating system's own account (`getrusage`, `wait4`), which only Unix has; elsewhere
-//! they are left out.
+//! Processor time and memory are the operating system's own account (`getrusage`, `wait4`), which
+//! only Unix has; elsewhere they are left out.
 
 use std::{
     io::{self, Read},
@@ -61,8 +61,8 @@ fn cpu_of(usage: &libc::rusage) -> f64 {
 
 /// Runs a command with nothing on standard input, and waits for it.
 ///
-/// The peak of a process counts from before its `exec`: on Linux it is never less than what the process that calls this has held. So
-/// call it from a small one, as `bench time` is.
+/// The peak of a process counts from before its `exec`: on Linux it is never less than what the
+/// process that calls this has held. So call it from a small one, as `bench time` is.
 ///
 /// # Errors
 /// When it cannot be started.
@@ -129,8 +129,13 @@ mod tests {
     #[test]
     fn a_child_is_measured() {
         let ended = run(Command::new("sh").args(["-c", "echo out; echo err >&2; exit 3"])).unwrap();
-        assert_eq!((ended.output.as_str(), ended.errors.as_str(), ended.status.code()), ("out\n", "err\n", Some(3)));
-        assert!(ended.cost.wall > 0.0 && ended.cost.cpu.unwrap() >= 0.0 && ended.cost.peak.unwrap() > 0);
+        assert_eq!(
+            (ended.output.as_str(), ended.errors.as_str(), ended.status.code()),
+            ("out\n", "err\n", Some(3))
+        );
+        assert!(
+            ended.cost.wall > 0.0 && ended.cost.cpu.unwrap() >= 0.0 && ended.cost.peak.unwrap() > 0
+        );
         assert!(run(&mut Command::new("/nonexistent/program")).is_err());
     }
 

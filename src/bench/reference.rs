@@ -1,8 +1,9 @@
-//! The exact ids that measurements are compared with: every sphere that may be seen at a pixel is decided by
-//! [`crate::exact::decide`].
+//! The exact ids that measurements are compared with: every sphere that may be seen at a pixel is
+//! decided by [`crate::exact::decide`].
 //!
-//! Which spheres may be seen at a pixel comes from the conservative lists of [`crate::bins`]; plain f64 leaves out what misses
-//! or lies behind by a thousand times its bound. The independent judge of the tests shares neither.
+//! Which spheres may be seen at a pixel comes from the conservative lists of [`crate::bins`]; plain
+//! f64 leaves out what misses or lies behind by a thousand times its bound. The independent judge
+//! of the tests shares neither.
 
 use rayon::prelude::*;
 
@@ -41,7 +42,11 @@ pub fn exact(scene: &Scene, view: &View, region: Region) -> Reference {
     let grid = binner.grid;
     let side = 1usize << SHIFT;
     let mut tiles: Vec<State> = (0..grid.tiles())
-        .map(|_| State { best: vec![None; side * side], high: vec![f64::INFINITY; side * side], covered: 0 })
+        .map(|_| State {
+            best: vec![None; side * side],
+            high: vec![f64::INFINITY; side * side],
+            covered: 0,
+        })
         .collect();
     let mut workspace = Workspace::<Entry>::default();
     let mut left = split(0..scene.len());
@@ -73,7 +78,14 @@ pub fn exact(scene: &Scene, view: &View, region: Region) -> Reference {
 }
 
 /// One sphere at its pixels of a tile.
-fn decide(truth: &Truth, binner: &Binner, entry: &Entry, scene: &Scene, [x, y]: [usize; 2], state: &mut State) {
+fn decide(
+    truth: &Truth,
+    binner: &Binner,
+    entry: &Entry,
+    scene: &Scene,
+    [x, y]: [usize; 2],
+    state: &mut State,
+) {
     let (s, projector) = (&entry.sphere, &binner.projector);
     let mut tally = Tally::default();
     let ball = Ball::from(scene.known(entry.index as usize));
@@ -92,17 +104,19 @@ fn decide(truth: &Truth, binner: &Binner, entry: &Entry, scene: &Scene, [x, y]: 
                 (n * n + m * m + (n * sy + m * sx) * (n * sy + m * sx)) / a
             };
             state.covered += u64::from(apart <= s.r * s.r);
-            // In perspective `apart` may be off by much more than the bound where the screen is wide: then no short cut.
+            // In perspective `apart` may be off by much more than the bound where the screen is
+            // wide: then no short cut.
             let short_cut = orthographic || projector.screen.kappa < 100.0;
             if short_cut && apart > reach * reach || s.nearest() > state.high[at] {
                 continue;
             }
-            let (i, j) = (projector.region.x + (x + column) as u32, projector.region.y + (y + row) as u32);
+            let (i, j) =
+                (projector.region.x + (x + column) as u32, projector.region.y + (y + row) as u32);
             let pixel = truth.pixel(i, j);
             let Some(hit) = pixel.hit(ball, &mut tally) else { continue };
-            let wins = state.best[at]
-                .as_ref()
-                .is_none_or(|(holder, held)| pixel.order(&hit, held, &mut tally).then(entry.index.cmp(holder)).is_lt());
+            let wins = state.best[at].as_ref().is_none_or(|(holder, held)| {
+                pixel.order(&hit, held, &mut tally).then(entry.index.cmp(holder)).is_lt()
+            });
             if wins {
                 let high = pixel.interval(&hit)[1] / a;
                 state.high[at] = high + 1e-12 * high.abs();
@@ -160,10 +174,12 @@ mod tests {
     fn plainly(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
         let truth = Truth::new(view, scene.bounds());
         let balls = || (0..scene.len()).map(|k| (k as u32, Ball::from(scene.known(k))));
-        let pixels =
-            (region.y..region.y + region.height).flat_map(|j| (region.x..region.x + region.width).map(move |i| (i, j)));
+        let pixels = (region.y..region.y + region.height)
+            .flat_map(|j| (region.x..region.x + region.width).map(move |i| (i, j)));
         pixels
-            .map(|(i, j)| truth.pixel(i, j).nearest(balls(), &mut Tally::default()).map_or(-1, |id| id as i32))
+            .map(|(i, j)| {
+                truth.pixel(i, j).nearest(balls(), &mut Tally::default()).map_or(-1, |id| id as i32)
+            })
             .collect()
     }
 
@@ -171,7 +187,14 @@ mod tests {
     fn lists_and_short_cuts_leave_nothing_out() {
         let image = ImageSize { width: 70, height: 45 };
         let region = Region { x: 3, y: 5, width: 50, height: 39 };
-        for kind in [Kind::Uniform, Kind::Lattice, Kind::Twice, Kind::Coincident, Kind::Molecule, Kind::Hidden] {
+        for kind in [
+            Kind::Uniform,
+            Kind::Lattice,
+            Kind::Twice,
+            Kind::Coincident,
+            Kind::Molecule,
+            Kind::Hidden,
+        ] {
             for recipe in [Recipe::new(kind, 300), Recipe::new(kind, 300).in_perspective()] {
                 let made = recipe.make(image);
                 let view = View::new(made.camera, image);

@@ -1,7 +1,7 @@
 //! The scenes that are measured: made in memory from a seed, the same on every machine.
 //!
-//! Nearly all lie in a unit cube, and are looked at from one oblique direction that shows the whole cube. Coordinates and
-//! radii are f32, as simulations store them.
+//! Nearly all lie in a unit cube, and are looked at from one oblique direction that shows the whole
+//! cube. Coordinates and radii are f32, as simulations store them.
 
 use std::{
     fs::File,
@@ -139,13 +139,16 @@ impl Recipe {
         Self { size: Size::Pixels(radius), ..self }
     }
 
-    /// As many uniform spheres of a radius in pixels as cover the picture's middle with so many layers.
+    /// As many uniform spheres of a radius in pixels as cover the picture's middle with so many
+    /// layers.
     pub fn layers(radius: f64, layers: f64, image: ImageSize) -> Self {
-        // The cube fills about a third of the picture; its mean shadow in this direction is its faces' share of the view.
+        // The cube fills about a third of the picture; its mean shadow in this direction is its
+        // faces' share of the view.
         let side = f64::from(image.width) / WIDTH;
         let unit = DIRECTION / DIRECTION.length();
         let shadow = side * side * unit.abs().element_sum();
-        let count = (layers * shadow / (std::f64::consts::PI * radius * radius)).round().max(1.0) as usize;
+        let count =
+            (layers * shadow / (std::f64::consts::PI * radius * radius)).round().max(1.0) as usize;
         Self::new(Kind::Uniform, count).of_pixels(radius)
     }
 
@@ -182,12 +185,20 @@ impl Recipe {
             Size::Pixels(radius) => (radius * WIDTH / f64::from(image.width)) as f32,
         };
         let random = Random { seed: 1 };
-        let unit = |index: usize| Vec3::from_array([0, 1, 2].map(|k| random.unit(3 * index as u64 + k)));
-        let away = |point: Vec3, by: f64| (point.as_dvec3() + by * (DIRECTION / DIRECTION.length())).as_vec3();
+        let unit =
+            |index: usize| Vec3::from_array([0, 1, 2].map(|k| random.unit(3 * index as u64 + k)));
+        let away = |point: Vec3, by: f64| {
+            (point.as_dvec3() + by * (DIRECTION / DIRECTION.length())).as_vec3()
+        };
         // To the right in the picture by four widths of the cube.
         let beside = |point: Vec3| point + 4.0 * DIRECTION.cross(DVec3::Z).normalize().as_vec3();
         let same = Radii::Same(radius.into());
-        let cube = |centers: Vec<f32>, radii: Radii| Cube { centers, radii, corner: DVec3::ZERO, side: 1.0 };
+        let cube = |centers: Vec<f32>, radii: Radii| Cube {
+            centers,
+            radii,
+            corner: DVec3::ZERO,
+            side: 1.0,
+        };
         let kind = if count == 0 { Kind::Empty } else { self.kind };
         match kind {
             Kind::Empty => cube(Vec::new(), same),
@@ -195,10 +206,13 @@ impl Recipe {
             Kind::Clustered => {
                 let place = |index: usize| {
                     let heap = random.bits(index as u64) % 32;
-                    let middle =
-                        Vec3::from_array([0, 1, 2].map(|k| 0.15 + 0.7 * random.unit(1_000_003 * (heap + 1) + k)));
+                    let middle = Vec3::from_array(
+                        [0, 1, 2].map(|k| 0.15 + 0.7 * random.unit(1_000_003 * (heap + 1) + k)),
+                    );
                     // The sum of three even numbers is close to a bell.
-                    let near = (unit(3 * index + 1) + unit(3 * index + 2) + unit(3 * index + 3) - 1.5) * 0.06;
+                    let near = (unit(3 * index + 1) + unit(3 * index + 2) + unit(3 * index + 3)
+                        - 1.5)
+                        * 0.06;
                     (middle + near).clamp(Vec3::ZERO, Vec3::ONE)
                 };
                 cube(fill(count, place), same)
@@ -207,7 +221,12 @@ impl Recipe {
                 let lattice = Lattice::new(count as u32);
                 let centers = fill(count, |index| lattice.sphere(index as u32).0.into());
                 let side = centers.iter().copied().fold(1.0, f32::max);
-                Cube { centers, radii: Radii::Same(lattice.radius().into()), corner: DVec3::ZERO, side: side.into() }
+                Cube {
+                    centers,
+                    radii: Radii::Same(lattice.radius().into()),
+                    corner: DVec3::ZERO,
+                    side: side.into(),
+                }
             }
             Kind::Molecule => self.molecule(random),
             Kind::HotPixel => {
@@ -223,11 +242,14 @@ impl Recipe {
             }
             Kind::OffScreen => cube(fill(count, |index| beside(unit(index))), same),
             Kind::MostlyOffScreen => {
-                let place = |index: usize| if index.is_multiple_of(100) { unit(index) } else { beside(unit(index)) };
+                let place = |index: usize| {
+                    if index.is_multiple_of(100) { unit(index) } else { beside(unit(index)) }
+                };
                 cube(fill(count, place), same)
             }
             Kind::Hidden | Kind::MostlyHidden => {
-                let shown = |index: usize| self.kind == Kind::MostlyHidden && index.is_multiple_of(100);
+                let shown =
+                    |index: usize| self.kind == Kind::MostlyHidden && index.is_multiple_of(100);
                 let big = count - 1;
                 let place = |index: usize| match index {
                     _ if index == big => away(Vec3::splat(0.5), -4.5),
@@ -240,7 +262,8 @@ impl Recipe {
             }
             Kind::Twice => cube(fill(count, |index| unit(index % count.div_ceil(2))), same),
             Kind::Coincident => {
-                let place = |index: usize| unit(index / 8) + 1e-4 * radius * (unit(count + index) - 0.5);
+                let place =
+                    |index: usize| unit(index / 8) + 1e-4 * radius * (unit(count + index) - 0.5);
                 cube(fill(count, place), same)
             }
         }
@@ -250,19 +273,26 @@ impl Recipe {
     fn molecule(&self, random: Random) -> Cube {
         let volume = self.count.max(1) as f64 * 4.0 / 3.0 * std::f64::consts::PI * 15.0f64.powi(3);
         let side = cube_root(2.0 * volume);
-        let (mut centers, mut radii) = (Vec::with_capacity(3 * self.count), Vec::with_capacity(self.count));
+        let (mut centers, mut radii) =
+            (Vec::with_capacity(3 * self.count), Vec::with_capacity(self.count));
         let mut at = DVec3::splat(0.5 * side);
         for index in 0..self.count as u64 {
             centers.extend((at / side).as_vec3().to_array());
             radii.push((ATOMS[(random.bits(4 * index) >> 62) as usize] / side) as f32);
-            let step = DVec3::from_array([1, 2, 3].map(|k| f64::from(random.unit(4 * index + k)) - 0.5));
+            let step =
+                DVec3::from_array([1, 2, 3].map(|k| f64::from(random.unit(4 * index + k)) - 0.5));
             let step = if step == DVec3::ZERO { DVec3::X } else { step };
             at += BOND / step.length() * step;
             // Walls turn it back.
             at = at.abs();
             at = at.min(2.0 * DVec3::splat(side) - at);
         }
-        Cube { centers, radii: Radii::Each(Reals::F32(radii.into())), corner: DVec3::ZERO, side: 1.0 }
+        Cube {
+            centers,
+            radii: Radii::Each(Reals::F32(radii.into())),
+            corner: DVec3::ZERO,
+            side: 1.0,
+        }
     }
 }
 
@@ -311,7 +341,8 @@ fn camera(corner: DVec3, side: f64, projection: Projection) -> Camera {
     camera
 }
 
-/// A camera a little aside of another, by `step` times 1.37 pixels in the middle of the picture: as in a slow turn of the mouse.
+/// A camera a little aside of another, by `step` times 1.37 pixels in the middle of the picture: as
+/// in a slow turn of the mouse.
 pub fn moved(camera: &Camera, image: ImageSize, step: usize) -> Camera {
     let view = View::new(*camera, image);
     let right = camera.view.cross(camera.up).normalize();
@@ -320,15 +351,16 @@ pub fn moved(camera: &Camera, image: ImageSize, step: usize) -> Camera {
     match camera.projection {
         Projection::Orthographic => moved.origin += pixels * view.pitch_x.to_f64() * right,
         Projection::Perspective => {
-            moved.view = camera.view + pixels * view.pitch_x.to_f64() * camera.view.length() * right;
+            moved.view =
+                camera.view + pixels * view.pitch_x.to_f64() * camera.view.length() * right;
         }
     }
     moved
 }
 
 impl Made {
-    /// Writes `centers.npy`, `radii.npy` where radii differ, and `scene.toml` into a folder, and gives the bytes that a render
-    /// maps.
+    /// Writes `centers.npy`, `radii.npy` where radii differ, and `scene.toml` into a folder, and
+    /// gives the bytes that a render maps.
     ///
     /// # Errors
     /// The system's.
@@ -345,7 +377,9 @@ impl Made {
         text += &match size {
             ScreenSize::Width(width) => format!("width = {width:?}\n"),
             ScreenSize::Height(height) => format!("height = {height:?}\n"),
-            ScreenSize::Both { width, height } => format!("width = {width:?}\nheight = {height:?}\n"),
+            ScreenSize::Both { width, height } => {
+                format!("width = {width:?}\nheight = {height:?}\n")
+            }
         };
         text += &format!("near = {near:?}\n");
         if far.is_finite() {
@@ -357,7 +391,9 @@ impl Made {
             if block.is_empty() {
                 continue;
             }
-            let name = |what: &str| if number == 0 { format!("{what}.npy") } else { format!("{what}-{number}.npy") };
+            let name = |what: &str| {
+                if number == 0 { format!("{what}.npy") } else { format!("{what}-{number}.npy") }
+            };
             let n = block.len();
             mapped += reals(&folder.join(name("centers")), &block.centers, &[n, 3])?;
             text += &format!("\n[[spheres]]\ncenters = \"{}\"\n", name("centers"));
@@ -377,23 +413,22 @@ impl Made {
 
 fn reals(path: &Path, numbers: &Reals, shape: &[usize]) -> io::Result<u64> {
     let mut file = BufWriter::with_capacity(1 << 20, File::create(path)?);
-    let bytes =
-        match numbers {
-            Reals::F32(values) => {
-                file.write_all(&npy_header("<f4", shape))?;
-                values.as_slice().chunks(1 << 16).try_for_each(|part| {
-                    file.write_all(&part.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
-                })?;
-                4 * values.as_slice().len()
-            }
-            Reals::F64(values) => {
-                file.write_all(&npy_header("<f8", shape))?;
-                values.as_slice().chunks(1 << 16).try_for_each(|part| {
-                    file.write_all(&part.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
-                })?;
-                8 * values.as_slice().len()
-            }
-        };
+    let bytes = match numbers {
+        Reals::F32(values) => {
+            file.write_all(&npy_header("<f4", shape))?;
+            values.as_slice().chunks(1 << 16).try_for_each(|part| {
+                file.write_all(&part.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
+            })?;
+            4 * values.as_slice().len()
+        }
+        Reals::F64(values) => {
+            file.write_all(&npy_header("<f8", shape))?;
+            values.as_slice().chunks(1 << 16).try_for_each(|part| {
+                file.write_all(&part.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
+            })?;
+            8 * values.as_slice().len()
+        }
+    };
     file.flush()?;
     Ok(bytes as u64)
 }
@@ -423,7 +458,9 @@ mod tests {
                 let made = recipe.make(IMAGE);
                 made.camera.check().unwrap();
                 assert_eq!(made.scene.len(), if kind == Kind::Empty { 0 } else { 2000 });
-                if projection == Projection::Perspective && matches!(kind, Kind::Hidden | Kind::MostlyHidden) {
+                if projection == Projection::Perspective
+                    && matches!(kind, Kind::Hidden | Kind::MostlyHidden)
+                {
                     // The camera is inside the large sphere: another scene.
                     continue;
                 }
@@ -438,7 +475,9 @@ mod tests {
                 assert!(wanted.contains(&share), "{}: {share} of the picture", made.name);
                 match kind {
                     Kind::Hidden => assert!(ids.iter().all(|&id| id == 1999)),
-                    Kind::MostlyHidden => assert!(ids.iter().all(|&id| id == 1999 || id % 100 == 0)),
+                    Kind::MostlyHidden => {
+                        assert!(ids.iter().all(|&id| id == 1999 || id % 100 == 0))
+                    }
                     Kind::Twice => assert!(ids.iter().all(|&id| id < 1000)),
                     _ => {}
                 }
@@ -451,7 +490,8 @@ mod tests {
         let made = Recipe::layers(2.0, 3.0, IMAGE).make(IMAGE);
         let area = made.scene.len() as f64 * std::f64::consts::PI * 4.0;
         let covered = seen(&made).iter().filter(|&&id| id >= 0).count() as f64;
-        // Of a shadow under three layers at random, 95 % is covered; the cube's is not covered evenly.
+        // Of a shadow under three layers at random, 95 % is covered; the cube's is not covered
+        // evenly.
         assert!((2.5..5.0).contains(&(area / covered)), "{}", area / covered);
     }
 
@@ -475,7 +515,9 @@ mod tests {
 
     #[test]
     fn the_camera_moves_a_little() {
-        for recipe in [Recipe::new(Kind::Uniform, 10), Recipe::new(Kind::Uniform, 10).in_perspective()] {
+        for recipe in
+            [Recipe::new(Kind::Uniform, 10), Recipe::new(Kind::Uniform, 10).in_perspective()]
+        {
             let camera = recipe.make(IMAGE).camera;
             assert_eq!(moved(&camera, IMAGE, 0), camera);
             let next = moved(&camera, IMAGE, 1);

@@ -1,8 +1,10 @@
-//! `bench speed`: how long scenes of every kind and size take on every device, and whether the pictures are right.
+//! `bench speed`: how long scenes of every kind and size take on every device, and whether the
+//! pictures are right.
 //!
-//! Whole processes (`render --ids`, arrays in files) and frames inside this process (the first one of a device, the camera
-//! moved a little each time, nothing changed), devices and baselines in turn, so that what else the machine does meets all
-//! of them. Times are medians with their spread. Every picture is compared with [`super::reference`].
+//! Whole processes (`render --ids`, arrays in files) and frames inside this process (the first one
+//! of a device, the camera moved a little each time, nothing changed), devices and baselines in
+//! turn, so that what else the machine does meets all of them. Times are medians with their spread.
+//! Every picture is compared with [`super::reference`].
 
 use std::{
     fs, io,
@@ -157,7 +159,8 @@ pub struct Row {
     pub tests_per_pixel: Option<f64>,
     /// Spheres that cover a pixel of the picture, on average, hidden or not.
     pub covered_per_pixel: f64,
-    /// Memory of the process beyond the mapped arrays and beyond that of an empty scene, per sphere.
+    /// Memory of the process beyond the mapped arrays and beyond that of an empty scene, per
+    /// sphere.
     pub bytes_per_sphere: Option<f64>,
     /// Pixels of all compared frames.
     pub compared: usize,
@@ -214,8 +217,10 @@ impl Conditions {
     /// Of this machine.
     pub fn here(devices: &[Contender]) -> Self {
         let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let name =
-            info.lines().find_map(|line| line.strip_prefix("model name")).and_then(|rest| rest.split(':').nth(1));
+        let name = info
+            .lines()
+            .find_map(|line| line.strip_prefix("model name"))
+            .and_then(|rest| rest.split(':').nth(1));
         Self {
             planisphere: env!("CARGO_PKG_VERSION"),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
@@ -228,7 +233,10 @@ impl Conditions {
     /// For people.
     pub fn text(&self) -> String {
         let processor = self.processor.as_deref().unwrap_or("processor unknown");
-        let first = format!("planisphere {}, {}, {processor}, {} threads", self.planisphere, self.system, self.threads);
+        let first = format!(
+            "planisphere {}, {}, {processor}, {} threads",
+            self.planisphere, self.system, self.threads
+        );
         std::iter::once(first).chain(self.devices.iter().cloned()).map(|line| line + "\n").collect()
     }
 }
@@ -288,7 +296,8 @@ const COLD: usize = 3;
 /// # Errors
 /// When a device or a process fails.
 pub fn matrix(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
-    let mut bench = Bench { settings, empty: vec![None; settings.devices.len()], rows: Vec::new(), say };
+    let mut bench =
+        Bench { settings, empty: vec![None; settings.devices.len()], rows: Vec::new(), say };
     for (recipe, image) in recipes(settings) {
         bench.scene(&recipe.make(image), image)?;
     }
@@ -305,14 +314,24 @@ pub fn matrix(settings: &Settings, say: &mut dyn FnMut(&str)) -> Result<Report, 
 ///
 /// # Errors
 /// When a device or a process fails.
-pub fn one(settings: &Settings, made: &Made, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
-    let mut bench = Bench { settings, empty: vec![None; settings.devices.len()], rows: Vec::new(), say };
+pub fn one(
+    settings: &Settings,
+    made: &Made,
+    say: &mut dyn FnMut(&str),
+) -> Result<Report, BenchError> {
+    let mut bench =
+        Bench { settings, empty: vec![None; settings.devices.len()], rows: Vec::new(), say };
     if settings.runs > 0 {
         bench.scene(&Recipe::new(Kind::Empty, 0).make(settings.image), settings.image)?;
         bench.rows.clear();
     }
     bench.scene(made, settings.image)?;
-    Ok(Report { version: 1, conditions: Conditions::here(&settings.devices), rows: bench.rows, checks: Vec::new() })
+    Ok(Report {
+        version: 1,
+        conditions: Conditions::here(&settings.devices),
+        rows: bench.rows,
+        checks: Vec::new(),
+    })
 }
 
 /// The matrix: sizes, radii, depths, kinds.
@@ -326,7 +345,9 @@ fn recipes(settings: &Settings) -> Vec<(Recipe, ImageSize)> {
         add(uniform(10_000));
         add(uniform(10_000).of_pixels(4.0));
         add(uniform(10_000).in_perspective());
-        for kind in Kind::ALL.into_iter().filter(|&kind| kind != Kind::Empty && kind != Kind::Uniform) {
+        for kind in
+            Kind::ALL.into_iter().filter(|&kind| kind != Kind::Empty && kind != Kind::Uniform)
+        {
             add(Recipe::new(kind, 10_000));
         }
     } else {
@@ -341,7 +362,9 @@ fn recipes(settings: &Settings) -> Vec<(Recipe, ImageSize)> {
             add(Recipe::layers(4.0, layers, image));
         }
         add(uniform(100_000).in_perspective());
-        for kind in Kind::ALL.into_iter().filter(|&kind| kind != Kind::Empty && kind != Kind::Uniform) {
+        for kind in
+            Kind::ALL.into_iter().filter(|&kind| kind != Kind::Empty && kind != Kind::Uniform)
+        {
             for count in [100_000, 1_000_000] {
                 // A million spheres over one pixel are decided one after another.
                 if kind != Kind::HotPixel || count < 1_000_000 {
@@ -349,7 +372,10 @@ fn recipes(settings: &Settings) -> Vec<(Recipe, ImageSize)> {
                 }
             }
         }
-        list.push((uniform(100_000), ImageSize { width: 2 * image.width, height: 2 * image.height }));
+        list.push((
+            uniform(100_000),
+            ImageSize { width: 2 * image.width, height: 2 * image.height },
+        ));
     }
     list.retain(|(recipe, _)| recipe.count <= settings.most);
     list
@@ -367,12 +393,19 @@ impl Bench<'_> {
     fn scene(&mut self, made: &Made, image: ImageSize) -> Result<(), BenchError> {
         let settings = self.settings;
         let spheres = made.scene.len();
-        (self.say)(&format!("{} spheres, {}, {} x {}", count(spheres), made.name, image.width, image.height));
+        (self.say)(&format!(
+            "{} spheres, {}, {} x {}",
+            count(spheres),
+            made.name,
+            image.width,
+            image.height
+        ));
         let region = Region::whole(image);
         let view = |step: usize| View::new(moved(&made.camera, image, step), image);
         let first = reference::exact(&made.scene, &view(0), region);
 
-        let processes = if settings.runs > 0 { self.processes(made, image, &first.ids)? } else { Vec::new() };
+        let processes =
+            if settings.runs > 0 { self.processes(made, image, &first.ids)? } else { Vec::new() };
 
         // Frames, in turn.
         let last_step = settings.frames;
@@ -418,8 +451,12 @@ impl Bench<'_> {
             }
         }
         // Frames of about a millisecond scatter: their medians are taken of more.
-        let medians = devices.iter().filter_map(|frames| frames.moved.timing()).map(|moved| moved.wall.median);
-        let more = (ENOUGH / medians.fold(0.0, f64::max)).min((MORE * settings.frames) as f64) as usize;
+        let medians = devices
+            .iter()
+            .filter_map(|frames| frames.moved.timing())
+            .map(|moved| moved.wall.median);
+        let more =
+            (ENOUGH / medians.fold(0.0, f64::max)).min((MORE * settings.frames) as f64) as usize;
         for step in settings.frames + 1..=more {
             for frames in &mut devices {
                 frames.draw_moved(made, &view(step), region, None)?;
@@ -442,7 +479,8 @@ impl Bench<'_> {
             if spheres == 0 {
                 self.empty[k] = beyond;
             }
-            let above_empty = beyond.zip(self.empty[k]).map(|(beyond, empty)| beyond as f64 - empty as f64);
+            let above_empty =
+                beyond.zip(self.empty[k]).map(|(beyond, empty)| beyond as f64 - empty as f64);
             self.rows.push(Row {
                 scene: made.name.clone(),
                 spheres,
@@ -458,12 +496,17 @@ impl Bench<'_> {
                 ns_per_test: per(frames.tests as f64),
                 tests_per_pixel: (frames.tests > 0).then(|| frames.tests as f64 / pixels),
                 covered_per_pixel,
-                bytes_per_sphere: above_empty.filter(|_| spheres >= 10_000).map(|bytes| bytes / spheres as f64),
+                bytes_per_sphere: above_empty
+                    .filter(|_| spheres >= 10_000)
+                    .map(|bytes| bytes / spheres as f64),
                 compared: frames.compared,
                 wrong: frames.wrong,
             });
         }
-        let of_devices = plain.iter().zip(&settings.devices).map(|(baseline, on)| (baseline, on.argument.as_str()));
+        let of_devices = plain
+            .iter()
+            .zip(&settings.devices)
+            .map(|(baseline, on)| (baseline, on.argument.as_str()));
         for (baseline, on) in of_devices.chain([(&naive, "cpu")]) {
             let Some(moved) = baseline.time.timing() else { continue };
             let cpu = moved.cpu.map(|cpu| cpu.median * 1e6);
@@ -491,12 +534,18 @@ impl Bench<'_> {
     }
 
     /// Whole processes of each device, in turn, after one of each that does not count.
-    fn processes(&self, made: &Made, image: ImageSize, exact: &[i32]) -> Result<Vec<Processes>, BenchError> {
+    fn processes(
+        &self,
+        made: &Made,
+        image: ImageSize,
+        exact: &[i32],
+    ) -> Result<Vec<Processes>, BenchError> {
         let folder = litter::Folder::new()?;
         let (path, mapped) = made.write(folder.path(), image)?;
         let devices = &self.settings.devices;
         let ids = |k: usize| folder.path().join(format!("ids-{k}.npy"));
-        let mut samples: Vec<(Samples, Option<u64>)> = devices.iter().map(|_| Default::default()).collect();
+        let mut samples: Vec<(Samples, Option<u64>)> =
+            devices.iter().map(|_| Default::default()).collect();
         for round in 0..=self.settings.runs {
             for (k, device) in devices.iter().enumerate() {
                 let ids = ids(k);
@@ -533,7 +582,8 @@ impl Bench<'_> {
         Ok(list)
     }
 
-    /// An empty scene against a process that opens the device and has it do next to nothing, in turn.
+    /// An empty scene against a process that opens the device and has it do next to nothing, in
+    /// turn.
     fn start_up(&mut self) -> Result<Vec<Check>, BenchError> {
         let settings = self.settings;
         let mut checks = Vec::new();
@@ -541,7 +591,9 @@ impl Bench<'_> {
             return Ok(checks);
         }
         let folder = litter::Folder::new()?;
-        let (scene, _) = Recipe::new(Kind::Empty, 0).make(settings.image).write(folder.path(), settings.image)?;
+        let (scene, _) = Recipe::new(Kind::Empty, 0)
+            .make(settings.image)
+            .write(folder.path(), settings.image)?;
         let picture = folder.path().join("out.png");
         for device in settings.devices.iter().filter(|device| device.choice != DeviceChoice::Cpu) {
             (self.say)(&format!("start-up of {}", device.argument));
@@ -558,7 +610,8 @@ impl Bench<'_> {
             let (mut walls, mut bares) = (Vec::new(), Vec::new());
             for round in 0..=2 * settings.runs {
                 let _ = fs::remove_file(&picture);
-                let (bare, full) = (timed(&settings.program, &bare)?, timed(&settings.program, &full)?);
+                let (bare, full) =
+                    (timed(&settings.program, &bare)?, timed(&settings.program, &full)?);
                 if round > 0 {
                     bares.push(bare.wall);
                     walls.push(full.wall);
@@ -589,7 +642,8 @@ impl Bench<'_> {
             include_str!("../../scenes/report/camera-turned.toml"),
             include_str!("../../scenes/report/occlusion.toml"),
         ] {
-            let (scene, picture) = (folder.path().join("scene.toml"), folder.path().join("out.png"));
+            let (scene, picture) =
+                (folder.path().join("scene.toml"), folder.path().join("out.png"));
             fs::write(&scene, text)?;
             let mut walls = Vec::new();
             for round in 0..=self.settings.runs {
@@ -621,20 +675,28 @@ fn timed(program: &Path, arguments: &[&std::ffi::OsStr]) -> Result<Cost, BenchEr
     helper.args(["bench", "time", "--json", "--"]).arg(program).args(arguments);
     let ended = process::run(&mut helper)?;
     let failed = |errors: String| BenchError::Process {
-        command: format!("{} {}", program.display(), arguments.join(" ".as_ref()).to_string_lossy()),
+        command: format!(
+            "{} {}",
+            program.display(),
+            arguments.join(" ".as_ref()).to_string_lossy()
+        ),
         errors,
     };
     if !ended.status.success() {
         return Err(failed(ended.errors));
     }
-    let run: TimedRun = serde_json::from_str(&ended.output).map_err(|error| failed(error.to_string()))?;
+    let run: TimedRun =
+        serde_json::from_str(&ended.output).map_err(|error| failed(error.to_string()))?;
     if run.code == Some(0) { Ok(run.cost) } else { Err(failed(run.errors)) }
 }
 
 /// The ids of a file that `render --ids` wrote.
 fn read_ids(path: &Path, count: usize) -> io::Result<Vec<i32>> {
     let bytes = fs::read(path)?;
-    let start = bytes.len().checked_sub(4 * count).ok_or_else(|| io::Error::other("the ids file is too short"))?;
+    let start = bytes
+        .len()
+        .checked_sub(4 * count)
+        .ok_or_else(|| io::Error::other("the ids file is too short"))?;
     Ok(bytes[start..].as_chunks::<4>().0.iter().map(|&bytes| i32::from_le_bytes(bytes)).collect())
 }
 
@@ -689,7 +751,13 @@ impl Frames {
         Ok(())
     }
 
-    fn draw_unchanged(&mut self, made: &Made, view: &View, region: Region, exact: &[i32]) -> Result<(), BenchError> {
+    fn draw_unchanged(
+        &mut self,
+        made: &Made,
+        view: &View,
+        region: Region,
+        exact: &[i32],
+    ) -> Result<(), BenchError> {
         let Some(device) = &mut self.device else { return Ok(()) };
         let drawing = self.unchanged.add(|| device.draw(&made.scene, view, region))?;
         self.compare(&drawing, exact);
@@ -713,7 +781,13 @@ impl Baseline {
     }
 
     /// On the same GPU as a device's frames.
-    fn draw(&mut self, frames: &mut Frames, made: &Made, view: &View, exact: Option<&[i32]>) -> Result<(), BenchError> {
+    fn draw(
+        &mut self,
+        frames: &mut Frames,
+        made: &Made,
+        view: &View,
+        exact: Option<&[i32]>,
+    ) -> Result<(), BenchError> {
         let Some(Device::Gpu(gpu)) = &mut frames.device else { return Ok(()) };
         if self.plain.is_none() {
             let mut naive = Naive::new(gpu);
@@ -738,27 +812,44 @@ pub(super) fn check(what: &str, device: &str, figure: f64, limit: f64, at_least:
 /// The goals that the measured rows tell about.
 fn checks(rows: &[Row], image: ImageSize) -> Vec<Check> {
     let mut checks = Vec::new();
-    let mut devices: Vec<&str> = rows.iter().filter(|row| row.cold.is_some()).map(|row| row.device.as_str()).collect();
+    let mut devices: Vec<&str> =
+        rows.iter().filter(|row| row.cold.is_some()).map(|row| row.device.as_str()).collect();
     devices.dedup();
     devices.sort_unstable();
     devices.dedup();
     let size = [image.width, image.height];
     for device in devices {
         let find = |scene: &str, spheres: usize, image: [u32; 2]| {
-            rows.iter().find(|r| r.device == device && r.scene == scene && r.spheres == spheres && r.image == image)
+            rows.iter().find(|r| {
+                r.device == device && r.scene == scene && r.spheres == spheres && r.image == image
+            })
         };
         let uniform = Kind::Uniform.words();
         let frame = |row: &Row| row.moved.cpu.map_or(row.moved.wall.median, |cpu| cpu.median);
-        let process = |row: &Row| row.process.map(|p| p.time.cpu.map_or(p.time.wall.median, |cpu| cpu.median));
+        let process = |row: &Row| {
+            row.process.map(|p| p.time.cpu.map_or(p.time.wall.median, |cpu| cpu.median))
+        };
         let base = find(uniform, 100_000, size);
         for power in [6, 7, 8] {
             let count = 10usize.pow(power);
             if let (Some(base), Some(row)) = (base, find(uniform, count, size)) {
                 let times = count as f64 / 1e5;
                 let words = |what| format!("{what}, processor time per sphere: 1e{power} over 1e5");
-                checks.push(check(&words("moved frame"), device, frame(row) / frame(base) / times, 1.5, false));
+                checks.push(check(
+                    &words("moved frame"),
+                    device,
+                    frame(row) / frame(base) / times,
+                    1.5,
+                    false,
+                ));
                 if let (Some(base), Some(row)) = (process(base), process(row)) {
-                    checks.push(check(&words("whole process"), device, row / base / times, 1.5, false));
+                    checks.push(check(
+                        &words("whole process"),
+                        device,
+                        row / base / times,
+                        1.5,
+                        false,
+                    ));
                 }
             }
         }
@@ -768,20 +859,31 @@ fn checks(rows: &[Row], image: ImageSize) -> Vec<Check> {
         }
         for kind in [Kind::MostlyOffScreen, Kind::OffScreen, Kind::MostlyHidden, Kind::Hidden] {
             for count in [100_000, 1_000_000] {
-                if let (Some(row), Some(full)) = (find(kind.words(), count, size), find(uniform, count, size)) {
-                    let what = format!("moved frame, {} over uniform, {} spheres", kind.words(), self::count(count));
+                if let (Some(row), Some(full)) =
+                    (find(kind.words(), count, size), find(uniform, count, size))
+                {
+                    let what = format!(
+                        "moved frame, {} over uniform, {} spheres",
+                        kind.words(),
+                        self::count(count)
+                    );
                     checks.push(check(&what, device, frame(row) / frame(full), 0.15, false));
                 }
             }
         }
         for (count, seconds, bytes) in [(10_000_000, 1.0, 600e6), (100_000_000, 10.0, 8e9)] {
-            if let Some(process) = find(uniform, count, size).and_then(|row| row.process).filter(|_| device == "cpu") {
+            if let Some(process) =
+                find(uniform, count, size).and_then(|row| row.process).filter(|_| device == "cpu")
+            {
                 let what = format!("{} spheres, whole process, s", self::count(count));
                 checks.push(check(&what, device, process.time.wall.median * 1e-3, seconds, false));
-                let memory = if count == 10_000_000 { process.beyond_mapping } else { process.peak };
+                let memory =
+                    if count == 10_000_000 { process.beyond_mapping } else { process.peak };
                 if let Some(memory) = memory {
-                    let what =
-                        format!("{} spheres, memory beyond the mapping (1e8: all of it), MB", self::count(count));
+                    let what = format!(
+                        "{} spheres, memory beyond the mapping (1e8: all of it), MB",
+                        self::count(count)
+                    );
                     checks.push(check(&what, device, memory as f64 * 1e-6, bytes * 1e-6, false));
                 }
             }
@@ -789,17 +891,28 @@ fn checks(rows: &[Row], image: ImageSize) -> Vec<Check> {
         if device != "cpu" {
             for count in [1_000, 10_000] {
                 let baseline = format!("naive loop, {device}");
-                let plain = rows
-                    .iter()
-                    .find(|r| r.device == baseline && r.scene == uniform && r.spheres == count && r.image == size);
+                let plain = rows.iter().find(|r| {
+                    r.device == baseline
+                        && r.scene == uniform
+                        && r.spheres == count
+                        && r.image == size
+                });
                 if let (Some(row), Some(plain)) = (find(uniform, count, size), plain) {
-                    let what = format!("{} spheres, the plain loop over a moved frame", self::count(count));
+                    let what = format!(
+                        "{} spheres, the plain loop over a moved frame",
+                        self::count(count)
+                    );
                     checks.push(check(&what, device, frame(plain) / frame(row), 10.0, true));
                 }
             }
-            for (scene, count, limit) in [("uniform, 4 px", 100_000, 60.0), ("uniform, 1 px", 1_000_000, 120.0)] {
+            for (scene, count, limit) in
+                [("uniform, 4 px", 100_000, 60.0), ("uniform, 1 px", 1_000_000, 120.0)]
+            {
                 if let Some(row) = find(scene, count, size) {
-                    let what = format!("{} spheres, {scene}, moved frame, processor ms", self::count(count));
+                    let what = format!(
+                        "{} spheres, {scene}, moved frame, processor ms",
+                        self::count(count)
+                    );
                     checks.push(check(&what, device, frame(row), limit, false));
                 }
             }
@@ -830,9 +943,12 @@ impl Report {
     /// For people.
     pub fn text(&self) -> String {
         let mut text = self.conditions.text();
-        text += "\nMilliseconds are medians, with the least and the greatest in brackets; cpu is processor time of all \
-                 threads.\nns are of a moved frame's cpu. Pixels are compared with exact decisions; the baselines may \
-                 be wrong, the devices not.\n\n";
+        text += "\n\
+                 Milliseconds are medians, with the least and the greatest in brackets; cpu is \
+                 processor time of all threads.\n\
+                 ns are of a moved frame's cpu. Pixels are compared with exact decisions; the \
+                 baselines may be wrong, the devices not.\n\
+                 \n";
         let median = |timing: Option<Timing>| number(timing.map(|t| t.wall.median));
         let cpu = |timing: Option<Timing>| number(timing.and_then(|t| t.cpu).map(|cpu| cpu.median));
         let spread = |timing: Option<Timing>| match timing {

@@ -22,7 +22,11 @@ impl Summary {
         sorted.sort_by(f64::total_cmp);
         let (least, greatest) = (*sorted.first()?, *sorted.last()?);
         let middle = sorted.len() / 2;
-        let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) };
+        let median = if sorted.len() % 2 == 1 {
+            sorted[middle]
+        } else {
+            0.5 * (sorted[middle - 1] + sorted[middle])
+        };
         Some(Self { median, least, greatest, runs: values.len() })
     }
 
@@ -40,7 +44,10 @@ mod tests {
     #[test]
     fn medians_and_spreads() {
         assert_eq!(Summary::of(&[]), None);
-        assert_eq!(Summary::of(&[3.0]), Some(Summary { median: 3.0, least: 3.0, greatest: 3.0, runs: 1 }));
+        assert_eq!(
+            Summary::of(&[3.0]),
+            Some(Summary { median: 3.0, least: 3.0, greatest: 3.0, runs: 1 })
+        );
         let odd = Summary::of(&[5.0, 1.0, 3.0]).unwrap();
         assert_eq!((odd.median, odd.least, odd.greatest), (3.0, 1.0, 5.0));
         assert_eq!(Summary::of(&[4.0, 1.0, 2.0, 100.0]).unwrap().median, 3.0);

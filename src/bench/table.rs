@@ -21,7 +21,8 @@ impl Table {
         self.rows.push(cells);
     }
 
-    /// The text: columns two spaces apart, the first to the left, the others, which are numbers, to the right.
+    /// The text: columns two spaces apart, the first to the left, the others, which are numbers, to
+    /// the right.
     pub fn text(&self) -> String {
         let all = || std::iter::once(&self.headings).chain(&self.rows);
         let width = |column: usize| all().map(|row| row[column].chars().count()).max().unwrap_or(0);
@@ -87,12 +88,21 @@ mod tests {
 
     #[test]
     fn numbers_have_three_digits() {
-        let cases =
-            [(0.0, "0"), (1.0, "1.00"), (12.34, "12.3"), (1234.5, "1234"), (0.01234, "0.012"), (1e-9, "1.0e-9")];
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1.00"),
+            (12.34, "12.3"),
+            (1234.5, "1234"),
+            (0.01234, "0.012"),
+            (1e-9, "1.0e-9"),
+        ];
         for (value, text) in cases {
             assert_eq!(number(Some(value)), text);
         }
         assert_eq!(number(None), "-");
-        assert_eq!([count(0), count(1000), count(12_000_000), count(123)], ["0", "1e3", "12e6", "123"]);
+        assert_eq!(
+            [count(0), count(1000), count(12_000_000), count(123)],
+            ["0", "1e3", "12e6", "123"]
+        );
     }
 }

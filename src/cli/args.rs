@@ -115,59 +115,72 @@ pub(super) struct RenderArgs {
 
     /// PNG to write: a file, - for standard output, or none for no picture
     ///
-    /// The default is the scene's name with .png, in the current folder. It is RGB, 8 bits a channel.
-    /// The file appears when it is complete: a run that fails or is killed leaves what was there before.
-    /// A file that is there keeps its permissions and its owner. Names such as /dev/stdout and /dev/fd/3
-    /// are written to where they stand.
+    /// The default is the scene's name with .png, in the current folder. It is RGB, 8 bits a
+    /// channel. The file appears when it is complete: a run that fails or is killed leaves what was
+    /// there before. A file that is there keeps its permissions and its owner. Names such as
+    /// /dev/stdout and /dev/fd/3 are written to where they stand.
     #[arg(short, long, value_name = "OUT", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
 
     /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
     ///
-    /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read the indices of a palette
-    /// as if they were the picture: the default is RGB, 8 bits a channel, which all read alike.
+    /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read
+    /// the indices of a palette as if they were the picture: the default is RGB, 8 bits a channel,
+    /// which all read alike.
     #[arg(long)]
     palette: bool,
 
     /// Size of the image in pixels, instead of the scene file's
     ///
-    /// The size never changes what is seen: when the scene gives both width and height of the view, another aspect makes
-    /// pixels that are not square. When it gives one of them, or fov, the other follows the aspect; what
-    /// [camera] leaves out is chosen anew.
+    /// The size never changes what is seen: when the scene gives both width and height of the view,
+    /// another aspect makes pixels that are not square. When it gives one of them, or fov, the
+    /// other follows the aspect; what [camera] leaves out is chosen anew.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<ImageSize>,
 
     /// Draw only a part of the image: column and row of its top left pixel, and its size
     ///
-    /// The output has the size of the part, and equals that part of the whole image pixel for pixel.
+    /// The output has the size of the part, and equals that part of the whole image pixel for
+    /// pixel.
     #[arg(long, value_name = "x,y,w,h", value_parser = parse_region)]
     region: Option<Region>,
 
     /// Device that draws: auto, gpu, cpu, or part of an adapter's name
     ///
-    /// gpu is any wgpu adapter, the software one included; cpu is native code that needs no driver; auto takes a hardware
-    /// GPU if there is one, else the cpu, and says so. The picture is the same on all of them. `planisphere info` lists
-    /// the adapters.
+    /// gpu is any wgpu adapter, the software one included; cpu is native code that needs no driver;
+    /// auto takes a hardware GPU if there is one, else the cpu, and says so. The picture is the
+    /// same on all of them. `planisphere info` lists the adapters.
     #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
     device: DeviceChoice,
 
-    /// Also write the index of the sphere at every pixel: .npy, int32 (height, width), -1 for the background
+    /// Also write the index of the sphere at every pixel: .npy, int32 (height, width), -1 for the
+    /// background
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     ids: Option<PathBuf>,
 
-    /// Also write the distance of every hit along the view direction: .npy, float32 (height, width), inf for the background
+    /// Also write the distance of every hit along the view direction: .npy, float32 (height,
+    /// width), inf for the background
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     depth: Option<PathBuf>,
 
-    /// Also write what `planisphere merge` needs to merge this picture with others: .npz, see `planisphere merge --help`
+    /// Also write what `planisphere merge` needs to merge this picture with others: .npz, see
+    /// `planisphere merge --help`
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     visibility: Option<PathBuf>,
 
-    /// Index, in the whole, of the first sphere of this scene: for --visibility, when other runs draw the other spheres
-    #[arg(long, value_name = "K", default_value_t = 0, requires = "visibility", value_parser = clap::value_parser!(u64).range(..=MAX_FIRST))]
+    /// Index, in the whole, of the first sphere of this scene: for --visibility, when other runs
+    /// draw the other spheres
+    #[arg(
+        long,
+        value_name = "K",
+        default_value_t = 0,
+        requires = "visibility",
+        value_parser = clap::value_parser!(u64).range(..=MAX_FIRST)
+    )]
     first_index: u64,
 
-    /// Draw nothing: print what would run, what would be skipped and why, and how much memory that would need
+    /// Draw nothing: print what would run, what would be skipped and why, and how much memory that
+    /// would need
     #[arg(long)]
     explain: bool,
 
@@ -206,12 +219,16 @@ impl Outputs {
         }
         if self.palette && self.picture.is_none() {
             return Err(Failure::Usage(
-                "--palette says how the picture is written, and -o none writes none; leave out one of them".into(),
+                "--palette says how the picture is written, and -o none writes none; leave out \
+                 one of them"
+                    .into(),
             ));
         }
         if self.named().is_empty() && !text {
             return Err(Failure::Usage(
-                "-o none leaves nothing to do; add --ids, --depth, --visibility or --stats, or name a picture".into(),
+                "-o none leaves nothing to do; add --ids, --depth, --visibility or --stats, or \
+                 name a picture"
+                    .into(),
             ));
         }
         Ok(self)
@@ -219,8 +236,12 @@ impl Outputs {
 
     /// Those that are wanted, each with its option.
     pub fn named(&self) -> Vec<(&'static str, &Target)> {
-        let all =
-            [("-o", &self.picture), ("--ids", &self.ids), ("--depth", &self.depth), ("--visibility", &self.visibility)];
+        let all = [
+            ("-o", &self.picture),
+            ("--ids", &self.ids),
+            ("--depth", &self.depth),
+            ("--visibility", &self.visibility),
+        ];
         all.into_iter().filter_map(|(option, target)| Some((option, target.as_ref()?))).collect()
     }
 }
@@ -233,27 +254,38 @@ pub(super) struct MergeArgs {
     parts: Vec<PathBuf>,
 
     /// PNG to write: a file, - for standard output, or none for no picture
-    #[arg(short, long, value_name = "OUT", default_value = "merged.png", value_hint = clap::ValueHint::FilePath)]
+    #[arg(
+        short,
+        long,
+        value_name = "OUT",
+        default_value = "merged.png",
+        value_hint = clap::ValueHint::FilePath
+    )]
     output: PathBuf,
 
     /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
     ///
-    /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read the indices of a palette
-    /// as if they were the picture: the default is RGB, 8 bits a channel, which all read alike.
+    /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read
+    /// the indices of a palette as if they were the picture: the default is RGB, 8 bits a channel,
+    /// which all read alike.
     #[arg(long)]
     palette: bool,
 
-    /// Merge only a part of the image, which the parts must cover: column and row of its top left pixel, and its size
+    /// Merge only a part of the image, which the parts must cover: column and row of its top left
+    /// pixel, and its size
     ///
-    /// The default is the whole image or, when only --visibility is written, the least region that holds all parts.
+    /// The default is the whole image or, when only --visibility is written, the least region that
+    /// holds all parts.
     #[arg(long, value_name = "x,y,w,h", value_parser = parse_region)]
     region: Option<Region>,
 
-    /// Also write the index of the sphere at every pixel: .npy (height, width), int32 or, where that is too short, int64; -1 for the background
+    /// Also write the index of the sphere at every pixel: .npy (height, width), int32 or, where
+    /// that is too short, int64; -1 for the background
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     ids: Option<PathBuf>,
 
-    /// Also write the distance of every hit along the view direction: .npy, float32 (height, width), inf for the background
+    /// Also write the distance of every hit along the view direction: .npy, float32 (height,
+    /// width), inf for the background
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     depth: Option<PathBuf>,
 
@@ -283,8 +315,10 @@ impl MergeArgs {
     pub fn request(self) -> Result<MergeRequest, Failure> {
         let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
         let picture = (self.output != Path::new("none")).then(|| Target::from_arg(&self.output));
-        let (ids, depth, visibility) = (target(self.ids), target(self.depth), target(self.visibility));
-        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }.checked(self.stats)?;
+        let (ids, depth, visibility) =
+            (target(self.ids), target(self.depth), target(self.visibility));
+        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }
+            .checked(self.stats)?;
         Ok(MergeRequest { parts: self.parts, outputs, region: self.region, stats: self.stats })
     }
 }
@@ -318,8 +352,10 @@ impl RenderArgs {
             None => Some(Target::File(default_output(&self.scene)?)),
         };
         let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
-        let (ids, depth, visibility) = (target(self.ids), target(self.depth), target(self.visibility));
-        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }.checked(self.stats)?;
+        let (ids, depth, visibility) =
+            (target(self.ids), target(self.depth), target(self.visibility));
+        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }
+            .checked(self.stats)?;
         let Self { scene, first_index, explain, size, region, device, stats, .. } = self;
         Ok(RenderRequest { scene, outputs, first_index, explain, size, region, device, stats })
     }
@@ -333,7 +369,9 @@ fn default_output(scene: &Path) -> Result<PathBuf, Failure> {
             name.push(".png");
             Ok(name.into())
         }
-        _ => Err(Failure::Usage("a scene from standard input has no name to give its picture; add -o OUT.png".into())),
+        _ => Err(Failure::Usage(
+            "a scene from standard input has no name to give its picture; add -o OUT.png".into(),
+        )),
     }
 }
 
@@ -347,8 +385,9 @@ pub(super) struct ViewArgs {
 
     /// Size of the picture in pixels at first, instead of the scene file's
     ///
-    /// The window begins with it, or smaller if the screen is. Resizing the window keeps the width or height of the view that
-    /// the scene gives (if it gives both, the height and the shape of the pixels) and shows more or less on the other side.
+    /// The window begins with it, or smaller if the screen is. Resizing the window keeps the width
+    /// or height of the view that the scene gives (if it gives both, the height and the shape of
+    /// the pixels) and shows more or less on the other side.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<ImageSize>,
 
@@ -395,7 +434,11 @@ pub(super) enum MakeKind {
 pub(super) fn parse_count(text: &str) -> Result<usize, String> {
     let fix = || "write a number of spheres, such as 1e6".to_string();
     let value: f64 = text.parse().map_err(|_| fix())?;
-    if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(i32::MAX) { Ok(value as usize) } else { Err(fix()) }
+    if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(i32::MAX) {
+        Ok(value as usize)
+    } else {
+        Err(fix())
+    }
 }
 
 /// A count of at least one sphere.
@@ -409,7 +452,8 @@ fn parse_some(text: &str) -> Result<u32, String> {
 pub(super) fn parse_size(text: &str) -> Result<ImageSize, String> {
     let fix = || format!("write width x height in pixels, each 1 to {MAX_SIDE}, such as 1920x1080");
     let (width, height) = text.split_once(['x', 'X']).ok_or_else(fix)?;
-    let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fix);
+    let side =
+        |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fix);
     Ok(ImageSize { width: side(width)?, height: side(height)? })
 }
 
@@ -417,7 +461,9 @@ fn parse_region(text: &str) -> Result<Region, String> {
     let fix = || "write column,row,width,height in pixels, such as 0,0,640,480".to_string();
     let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match numbers.as_deref() {
-        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Region { x, y, width, height }),
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+            Ok(Region { x, y, width, height })
+        }
         _ => Err(fix()),
     }
 }
@@ -452,7 +498,10 @@ mod tests {
 
     #[test]
     fn outputs_have_defaults_and_endings() {
-        assert_eq!(request(&["a/b.toml"]).unwrap().outputs.picture, Some(Target::File("b.png".into())));
+        assert_eq!(
+            request(&["a/b.toml"]).unwrap().outputs.picture,
+            Some(Target::File("b.png".into()))
+        );
         assert_eq!(request(&["b.toml", "-o", "-"]).unwrap().outputs.picture, Some(Target::Stdout));
         assert_eq!(request(&["b.toml", "-o", "none", "--stats"]).unwrap().outputs.picture, None);
         for name in ["x.PNG", "x", "-", "/dev/null", "x.", ".png", "a.b.png"] {

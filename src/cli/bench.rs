@@ -35,22 +35,27 @@ pub(super) struct BenchArgs {
 
 #[derive(Subcommand)]
 enum What {
-    /// Time scenes of every kind and size on every device, as whole processes and frame by frame, and count wrong pixels
+    /// Time scenes of every kind and size on every device, as whole processes and frame by frame,
+    /// and count wrong pixels
     Speed(SpeedArgs),
-    /// Hold every way of drawing against exact decisions: time, wrong pixels, errors of depths, on easy and hard scenes
+    /// Hold every way of drawing against exact decisions: time, wrong pixels, errors of depths, on
+    /// easy and hard scenes
     Accuracy(AccuracyArgs),
-    /// Time the writing of pictures as PNG, RGB and with a palette, and tell how large the files are
-    #[command(after_long_help = "Example:\n  planisphere bench png scenes/first.toml\n      benches/png.sh adds a \
-        million spheres")]
+    /// Time the writing of pictures as PNG, RGB and with a palette, and tell how large the files
+    /// are
+    #[command(after_long_help = "Example:\n  planisphere bench png scenes/first.toml\n      \
+                           benches/png.sh adds a million spheres")]
     Png(PngArgs),
     /// Time whole processes: wall and processor time, peak memory; several commands in turn
-    #[command(
-        long_about = "Time whole processes: wall and processor time, peak memory.\n\nSeveral commands are separated \
-        by ::: and run in turn; the ratios to the first are taken round by round, so that what drifts slowly cancels:\n  \
-        planisphere bench time -- planisphere render a.toml -o none --stats ::: other-program a.txt"
-    )]
+    #[command(long_about = "Time whole processes: wall and processor time, peak memory.\n\
+                      \n\
+                      Several commands are separated by ::: and run in turn; the ratios to the \
+                      first are taken round by round, so that what drifts slowly cancels:\n  \
+                      planisphere bench time -- planisphere render a.toml -o none --stats ::: \
+                      other-program a.txt")]
     Time(TimeArgs),
-    /// Open a device, dispatch next to nothing, and end: the bare start-up that `speed` compares with
+    /// Open a device, dispatch next to nothing, and end: the bare start-up that `speed` compares
+    /// with
     #[command(hide = true)]
     Open {
         /// The device
@@ -65,7 +70,8 @@ struct SpeedArgs {
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     scene: Option<PathBuf>,
 
-    /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a GPU if there is one
+    /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a
+    /// GPU if there is one
     #[arg(long, value_name = "DEVICE", value_parser = parse_device)]
     device: Option<DeviceChoice>,
 
@@ -104,7 +110,8 @@ struct AccuracyArgs {
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     scene: Option<PathBuf>,
 
-    /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a GPU if there is one
+    /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a
+    /// GPU if there is one
     #[arg(long, value_name = "DEVICE", value_parser = parse_device)]
     device: Option<DeviceChoice>,
 
@@ -112,7 +119,8 @@ struct AccuracyArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<ImageSize>,
 
-    /// Timed pictures of each scene by each method; for the price three times as many pairs, and more where that takes no four seconds
+    /// Timed pictures of each scene by each method; for the price three times as many pairs, and
+    /// more where that takes no four seconds
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = parse_repetitions)]
     frames: usize,
 
@@ -120,7 +128,8 @@ struct AccuracyArgs {
     #[arg(long)]
     quick: bool,
 
-    /// Leave out the price of exactness: each device as it is against the same with bounds and decisions switched off
+    /// Leave out the price of exactness: each device as it is against the same with bounds and
+    /// decisions switched off
     #[arg(long)]
     no_price: bool,
 
@@ -172,7 +181,10 @@ struct TimeArgs {
 }
 
 fn parse_repetitions(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|n| (1..=1000).contains(n)).ok_or_else(|| "write a whole number from 1 to 1000".into())
+    text.parse()
+        .ok()
+        .filter(|n| (1..=1000).contains(n))
+        .ok_or_else(|| "write a whole number from 1 to 1000".into())
 }
 
 /// Measures.
@@ -227,7 +239,8 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
     if 2 * settings.image.width.max(settings.image.height) > MAX_SIDE && args.scene.is_none() {
         let half = MAX_SIDE / 2;
         return Err(Failure::Usage(format!(
-            "the matrix holds pictures of twice the size; give --size at most {half}x{half}, or a --scene"
+            "the matrix holds pictures of twice the size; give --size at most {half}x{half}, or a \
+             --scene"
         )));
     }
     let report = match &args.scene {
@@ -243,7 +256,9 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
         }
     };
     if args.json {
-        print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))?;
+        print(
+            &(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"),
+        )?;
     } else {
         print(&report.text())?;
     }
@@ -291,7 +306,9 @@ fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
         output::commit(vec![staged])?.iter().for_each(|note| say(&format!("note: {note}")));
     }
     if args.json {
-        print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))?;
+        print(
+            &(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"),
+        )?;
     } else {
         print(&report.text())?;
     }
@@ -311,7 +328,9 @@ fn run_png(args: &PngArgs) -> Result<(), Failure> {
     let pictures = args.scenes.iter().map(picture).collect::<Result<Vec<_>, _>>()?;
     let report = png::measure(&pictures, args.runs, &mut |what| say(&format!("bench: {what}")))?;
     if args.json {
-        print(&(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"))
+        print(
+            &(serde_json::to_string(&report).expect("numbers and strings are always JSON") + "\n"),
+        )
     } else {
         print(&report.text())
     }
@@ -324,15 +343,20 @@ fn run_time(args: TimeArgs) -> Result<(), Failure> {
     }
     stdout_is_open()?;
     let run = |command: &[OsString]| -> Result<TimedRun, Failure> {
-        let ended = process::run(Command::new(&command[0]).args(&command[1..]))
-            .map_err(|error| Failure::Usage(format!("{} cannot be run: {error}", command[0].to_string_lossy())))?;
+        let ended =
+            process::run(Command::new(&command[0]).args(&command[1..])).map_err(|error| {
+                Failure::Usage(format!("{} cannot be run: {error}", command[0].to_string_lossy()))
+            })?;
         Ok(TimedRun { cost: ended.cost, code: ended.status.code(), errors: ended.errors })
     };
     if args.json {
         let &[command] = &commands[..] else {
             return Err(Failure::Usage("--json takes one command".into()));
         };
-        return print(&(serde_json::to_string(&run(command)?).expect("numbers and strings are always JSON") + "\n"));
+        return print(
+            &(serde_json::to_string(&run(command)?).expect("numbers and strings are always JSON")
+                + "\n"),
+        );
     }
     let mut costs: Vec<Vec<Cost>> = vec![Vec::new(); commands.len()];
     for round in 0..=args.runs {
@@ -340,7 +364,11 @@ fn run_time(args: TimeArgs) -> Result<(), Failure> {
             let run = run(command)?;
             if run.code != Some(0) {
                 let words = command.join(" ".as_ref());
-                return Err(Failure::Check(format!("{} failed: {}", words.to_string_lossy(), run.errors.trim_end())));
+                return Err(Failure::Check(format!(
+                    "{} failed: {}",
+                    words.to_string_lossy(),
+                    run.errors.trim_end()
+                )));
             }
             if round > 0 {
                 costs.push(run.cost);
@@ -357,11 +385,16 @@ fn run_time(args: TimeArgs) -> Result<(), Failure> {
         "wall over first",
         "cpu over first",
     ]);
-    let walls: Vec<Vec<f64>> = costs.iter().map(|costs| costs.iter().map(|cost| cost.wall).collect()).collect();
-    let cpus: Vec<Vec<f64>> = costs.iter().map(|costs| costs.iter().filter_map(|cost| cost.cpu).collect()).collect();
+    let walls: Vec<Vec<f64>> =
+        costs.iter().map(|costs| costs.iter().map(|cost| cost.wall).collect()).collect();
+    let cpus: Vec<Vec<f64>> =
+        costs.iter().map(|costs| costs.iter().filter_map(|cost| cost.cpu).collect()).collect();
     for (k, costs) in costs.iter().enumerate() {
-        let name =
-            args.names.get(k).cloned().unwrap_or_else(|| commands[k].join(" ".as_ref()).to_string_lossy().into_owned());
+        let name = args
+            .names
+            .get(k)
+            .cloned()
+            .unwrap_or_else(|| commands[k].join(" ".as_ref()).to_string_lossy().into_owned());
         let wall = Summary::of(&walls[k]);
         let cpu = Summary::of(&cpus[k]);
         let peak = costs.iter().filter_map(|cost| cost.peak).max();

@@ -93,11 +93,13 @@ impl<'a> Ends<'a> {
             if let Some(name) = self.inputs.get(&own) {
                 return Err(Failure::Usage(match target.descriptor() {
                     Some(_) => format!(
-                        "{option} goes to {}, which is sent into {name}, an input; send it elsewhere (>FILE)",
+                        "{option} goes to {}, which is sent into {name}, an input; send it \
+                         elsewhere (>FILE)",
                         stream_words(target)
                     ),
                     None => format!(
-                        "{option} {} would replace {name}, an input of this command; give it another name",
+                        "{option} {} would replace {name}, an input of this command; give it \
+                         another name",
                         words(target)
                     ),
                 }));
@@ -107,7 +109,9 @@ impl<'a> Ends<'a> {
             }
             found.push((option, target, own));
         }
-        for (option, target, own) in found.iter().filter(|(_, target, _)| target.descriptor().is_none()) {
+        for (option, target, own) in
+            found.iter().filter(|(_, target, _)| target.descriptor().is_none())
+        {
             for number in [1, 2] {
                 let stream = stream_identity(number).ok();
                 if stream.is_some_and(|stream| stream.kind == Kind::Storage && stream == *own) {
@@ -117,7 +121,8 @@ impl<'a> Ends<'a> {
                         TALK.store(NOTHING, Relaxed);
                     }
                     return Err(Failure::Usage(format!(
-                        "{name} is sent into {}, which {option} writes; send it elsewhere, or give {option} another name",
+                        "{name} is sent into {}, which {option} writes; send it elsewhere, or \
+                         give {option} another name",
                         words(target)
                     )));
                 }
@@ -126,7 +131,9 @@ impl<'a> Ends<'a> {
         // Where data go to the stream that people read, nothing may come between them.
         let mixed = found.iter().any(|(option, target, own)| {
             let data = self.text != Some(option);
-            data && own.kind != Kind::Null && target.descriptor().is_some() && talk.as_ref() == Some(own)
+            data && own.kind != Kind::Null
+                && target.descriptor().is_some()
+                && talk.as_ref() == Some(own)
         });
         if mixed {
             TALK.store(ERRORS, Relaxed);
@@ -153,7 +160,10 @@ impl<'a> Ends<'a> {
             return Err(Failure::Usage(if a == b {
                 format!("{other} and {option} both write {a}; give them two names")
             } else {
-                format!("{other} and {option} both write one file, {a} and {b}; give them two names that are two files")
+                format!(
+                    "{other} and {option} both write one file, {a} and {b}; give them two names \
+                     that are two files"
+                )
             }));
         }
         Ok(())

@@ -1,4 +1,5 @@
-//! `planisphere render --explain`, and the refusal of what cannot fit into memory: facts from the request, the device and the system.
+//! `planisphere render --explain`, and the refusal of what cannot fit into memory: facts from the
+//! request, the device and the system.
 
 use super::{Failure, args::RenderRequest, planes, print};
 use crate::{
@@ -32,8 +33,11 @@ pub(super) fn facts(
 ) -> Facts {
     let (engine, tile, wave, band) = match device {
         Device::Cpu(_) => {
-            let engine =
-                Engine::Cpu { threads: rayon::current_num_threads(), sampled: cpu::SAMPLED, ordered: cpu::ORDERED };
+            let engine = Engine::Cpu {
+                threads: rayon::current_num_threads(),
+                sampled: cpu::SAMPLED,
+                ordered: cpu::ORDERED,
+            };
             (engine, 1 << cpu::shift(region), [cpu::WAVE, CPU_ENTRY], cpu::BAND)
         }
         Device::Gpu(gpu) => {
@@ -94,11 +98,14 @@ fn fits(facts: &Facts, needed: u64, available: u64) -> Result<(), Failure> {
         return Ok(());
     }
     let other = match facts.engine {
-        Engine::Gpu { software: true, .. } => "take --device cpu, which keeps no copy of the spheres",
+        Engine::Gpu { software: true, .. } => {
+            "take --device cpu, which keeps no copy of the spheres"
+        }
         _ => "draw it in parts (--region with --visibility, then `planisphere merge`)",
     };
     Err(Failure::Memory(format!(
-        "this picture needs about {} of memory beside the scene, and {} is available; {other}, or free some memory",
+        "this picture needs about {} of memory beside the scene, and {} is available; {other}, or \
+         free some memory",
         explain::bytes(needed),
         explain::bytes(available)
     )))

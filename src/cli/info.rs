@@ -8,9 +8,12 @@ use crate::{
 
 /// Where software drivers come from.
 const SOFTWARE: &str = "
-Software drivers, for tests and CI without a GPU: llvmpipe (Debian's mesa-vulkan-drivers), and SwiftShader, which is in
-Debian's chromium-common: `apt-get download chromium-common && dpkg-deb -x chromium-common_*.deb swiftshader`, then
-VK_DRIVER_FILES=$PWD/swiftshader/usr/lib/chromium/vk_swiftshader_icd.json. The pictures are the same on both.
+Software drivers, for tests and CI without a GPU: llvmpipe (Debian's mesa-vulkan-drivers), and \
+SwiftShader, which is in
+Debian's chromium-common: `apt-get download chromium-common && dpkg-deb -x chromium-common_*.deb \
+swiftshader`, then
+VK_DRIVER_FILES=$PWD/swiftshader/usr/lib/chromium/vk_swiftshader_icd.json. The pictures are the \
+same on both.
 ";
 
 /// Lists the native device and every adapter, and opens what `auto` and `gpu` take.
@@ -31,7 +34,8 @@ pub(super) fn run() -> Result<(), Failure> {
     text += "\n";
     match Device::open_telling(&DeviceChoice::Gpu) {
         Ok(opened) if opened.is_news(&DeviceChoice::Gpu) => {
-            text += &format!("--device gpu   takes {} ({})\n", opened.device.description(), opened.why);
+            text +=
+                &format!("--device gpu   takes {} ({})\n", opened.device.description(), opened.why);
         }
         Ok(opened) => text += &format!("--device gpu   takes {}\n", opened.device.description()),
         Err(error) => text += &format!("--device gpu   {error}\n"),

@@ -63,20 +63,31 @@ impl Recipe {
         File::open(scene).ok()?.take(4096).read_to_end(&mut start).ok()?;
         let text = String::from_utf8(start).ok()?;
         let line = text.lines().find_map(|line| line.strip_prefix(MADE_BY))?;
-        let [kind, "--count", count, "--seed", seed] = line.split(' ').collect::<Vec<_>>()[..] else { return None };
+        let [kind, "--count", count, "--seed", seed] = line.split(' ').collect::<Vec<_>>()[..]
+        else {
+            return None;
+        };
         let kind = match kind {
             "cloud" => MakeKind::Cloud,
             "lattice" => MakeKind::Lattice,
             _ => return None,
         };
-        Some(Self { kind, count: count.parse().ok().filter(|&count| count > 0)?, seed: seed.parse().ok()? })
+        Some(Self {
+            kind,
+            count: count.parse().ok().filter(|&count| count > 0)?,
+            seed: seed.parse().ok()?,
+        })
     }
 
     fn words(&self) -> String {
         let Self { kind, count, seed } = self;
         match kind {
-            MakeKind::Cloud => format!("{count} equal spheres at random in a unit cube (seed {seed})"),
-            MakeKind::Lattice => format!("{count} touching spheres on a face-centred cubic lattice"),
+            MakeKind::Cloud => {
+                format!("{count} equal spheres at random in a unit cube (seed {seed})")
+            }
+            MakeKind::Lattice => {
+                format!("{count} touching spheres on a face-centred cubic lattice")
+            }
         }
     }
 
@@ -97,7 +108,9 @@ impl Recipe {
         match file {
             "centers.npy" => {
                 out.write_all(&npy_header("<f4", &[n, 3]))?;
-                in_chunks(out, count, |k, bytes| bytes.extend(sphere(k).0.iter().flat_map(|c| c.to_le_bytes())))
+                in_chunks(out, count, |k, bytes| {
+                    bytes.extend(sphere(k).0.iter().flat_map(|c| c.to_le_bytes()))
+                })
             }
             "radii.npy" => {
                 out.write_all(&npy_header("<f4", &[n]))?;
@@ -109,9 +122,9 @@ impl Recipe {
             }
             _ => write!(
                 out,
-                "# {}, seen from a camera that frames them all.\n{MADE_BY}{self}\n\n\
-                 [image]\nwidth = 1024\nheight = 1024\n\n\
-                 [[spheres]]\ncenters = \"centers.npy\"\nradii = \"radii.npy\"\ncolors = \"colors.npy\"\n",
+                "# {}, seen from a camera that frames them all.\n{MADE_BY}{self}\n\n[image]\nwidth \
+                 = 1024\nheight = 1024\n\n[[spheres]]\ncenters = \"centers.npy\"\nradii = \
+                 \"radii.npy\"\ncolors = \"colors.npy\"\n",
                 self.words()
             ),
         }
@@ -152,7 +165,8 @@ pub(super) fn run(args: &MakeArgs) -> Result<(), Failure> {
     let progress = Progress::step("writing");
     let folder = &args.folder;
     let recipe = Recipe { kind: args.kind, count: args.count, seed: args.seed };
-    fs::create_dir_all(folder).map_err(|source| OutputError::Io { target: text::name(folder), source })?;
+    fs::create_dir_all(folder)
+        .map_err(|source| OutputError::Io { target: text::name(folder), source })?;
 
     let targets = FILES.map(|file| Target::File(folder.join(file)));
     let ends = Ends::new(FILES.iter().copied().zip(&targets).collect(), None);
@@ -167,7 +181,11 @@ pub(super) fn run(args: &MakeArgs) -> Result<(), Failure> {
     ends.check()?;
     output::commit(staged)?.iter().for_each(|note| say(&format!("note: {note}")));
     drop(progress);
-    say(&format!("wrote {}; draw them: planisphere render {}", recipe.words(), text::word(folder.join("scene.toml"))));
+    say(&format!(
+        "wrote {}; draw them: planisphere render {}",
+        recipe.words(),
+        text::word(folder.join("scene.toml"))
+    ));
     Ok(())
 }
 
@@ -185,8 +203,8 @@ fn refuse_others(recipe: &Recipe, folder: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Usage(format!(
-        "{} in {} would be replaced, which `planisphere make` has not written, or which has been changed since; \
-         name another folder, or add --force",
+        "{} in {} would be replaced, which `planisphere make` has not written, or which has been \
+         changed since; name another folder, or add --force",
         others.join(", "),
         text::name(folder)
     )))

@@ -107,7 +107,9 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
             Ok(band.ids)
         })
         .map_err(|failure| match failure {
-            Failure::Plane(PlaneError::NotSeen { id, column, row }) => merge.not_seen(id, column, row).into(),
+            Failure::Plane(PlaneError::NotSeen { id, column, row }) => {
+                merge.not_seen(id, column, row).into()
+            }
             other => other,
         })
     })?;

@@ -1,7 +1,7 @@
 //! The command line: arguments to requests, requests to work, errors to words and exit codes.
 //!
-//! Only this module prints and only this module decides how the process ends. Data goes to standard output, talk to
-//! standard error.
+//! Only this module prints and only this module decides how the process ends. Data goes to standard
+//! output, talk to standard error.
 
 mod args;
 mod bench;
@@ -55,8 +55,8 @@ enum Failure {
     Memory(String),
     /// No threads to be had.
     #[error(
-        "no threads to draw with: {0}; raise the limit (`ulimit -u`, or the container's of processes), or ask for fewer: \
-         RAYON_NUM_THREADS=1"
+        "no threads to draw with: {0}; raise the limit (`ulimit -u`, or the container's of \
+         processes), or ask for fewer: RAYON_NUM_THREADS=1"
     )]
     Threads(rayon::ThreadPoolBuildError),
     /// Bad input.
@@ -95,7 +95,12 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Changed(_) | Self::Merge(_) | Self::Plane(_) => 2,
+            Self::Usage(_)
+            | Self::Memory(_)
+            | Self::Load(_)
+            | Self::Changed(_)
+            | Self::Merge(_)
+            | Self::Plane(_) => 2,
             Self::Draw(DrawError::View(_)) => 2,
             Self::Device(_) | Self::Draw(_) | Self::Threads(_) => 3,
             Self::Check(_) => 1,
@@ -115,7 +120,9 @@ impl Failure {
     fn report(&self, color: bool) -> String {
         match self {
             Self::Load(error) => error.render(color),
-            other if color => format!("\x1b[1;31merror\x1b[0m: {}", text::lines(&other.to_string())),
+            other if color => {
+                format!("\x1b[1;31merror\x1b[0m: {}", text::lines(&other.to_string()))
+            }
             other => format!("error: {}", text::lines(&other.to_string())),
         }
     }
@@ -143,10 +150,14 @@ fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
         rayon::ThreadPoolBuilder::new().build_global().map_err(Failure::Threads)?;
     }
     match command {
-        args::Command::Render(args) => args.request().and_then(|request| render::run(&request, start)),
+        args::Command::Render(args) => {
+            args.request().and_then(|request| render::run(&request, start))
+        }
         #[cfg(feature = "window")]
         args::Command::View(args) => view::run(&args),
-        args::Command::Merge(args) => args.request().and_then(|request| merge::run(&request, start)),
+        args::Command::Merge(args) => {
+            args.request().and_then(|request| merge::run(&request, start))
+        }
         args::Command::Info => info::run(),
         args::Command::Make(args) => make::run(&args),
         args::Command::Bench(args) => bench::run(args),
@@ -160,7 +171,8 @@ fn ended(result: Result<(), Failure>) -> ExitCode {
 
 /// Reports a failure; the exit code.
 fn conclude(result: &Result<(), Failure>) -> u8 {
-    // A signal that is at work on another thread ends the process; what fails because of that has no words.
+    // A signal that is at work on another thread ends the process; what fails because of that has
+    // no words.
     std::mem::forget(Shield::up());
     match result {
         Ok(()) => 0,
@@ -180,7 +192,10 @@ const GRACE: Duration = Duration::from_millis(500);
 
 /// Does work that reads numbers in files, unless one of these changes meanwhile: see
 /// [`Watch::guard`]. Work that goes on after that is not waited for: the process ends.
-fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+fn unless_changed<T>(
+    watch: &Watch,
+    work: impl FnOnce() -> Result<T, Failure>,
+) -> Result<T, Failure> {
     if watch.is_empty() {
         return work();
     }
@@ -191,7 +206,9 @@ fn unless_changed<T>(watch: &Watch, work: impl FnOnce() -> Result<T, Failure>) -
     let look = move || {
         while at_work.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
             let Some(changed) = others.changed() else { continue };
-            if at_work.recv_timeout(GRACE) == Err(RecvTimeoutError::Timeout) && !first.swap(true, Ordering::SeqCst) {
+            if at_work.recv_timeout(GRACE) == Err(RecvTimeoutError::Timeout)
+                && !first.swap(true, Ordering::SeqCst)
+            {
                 let failure = Failure::from(changed);
                 complain(&failure.report(color_on_stderr()));
                 signals::end_now(failure.exit_code());
@@ -223,12 +240,14 @@ fn silence(watch: &Watch) {
     }));
 }
 
-/// The arguments; or what clap says of them, help and errors, with the words as they were typed. What is
-/// unseen in these is made visible.
+/// The arguments; or what clap says of them, help and errors, with the words as they were typed.
+/// What is unseen in these is made visible.
 fn parse() -> Result<args::Args, clap::Error> {
     args::Args::try_parse().map_err(|error| {
-        // The words repeat what was typed, or what another program has put there: again, with that shown.
-        let strange = |arg: &OsString| matches!(text::name(arg), shown if arg.to_str() != Some(&shown));
+        // The words repeat what was typed, or what another program has put there: again, with that
+        // shown.
+        let strange =
+            |arg: &OsString| matches!(text::name(arg), shown if arg.to_str() != Some(&shown));
         if !error.use_stderr() || !std::env::args_os().skip(1).any(|arg| strange(&arg)) {
             return error;
         }
@@ -241,8 +260,8 @@ fn parse() -> Result<args::Args, clap::Error> {
     })
 }
 
-/// An error to standard error; to standard output, if the one goes into a file that must stay as it is. Nobody listening is
-/// no failure.
+/// An error to standard error; to standard output, if the one goes into a file that must stay as it
+/// is. Nobody listening is no failure.
 fn complain(text: &str) {
     let _ = match ends::errors_are_heard() {
         true => writeln!(io::stderr(), "{text}"),
@@ -250,7 +269,8 @@ fn complain(text: &str) {
     };
 }
 
-/// A note to standard error, one line or more, unless data go there. What is unseen is made visible. Nobody listening is no failure.
+/// A note to standard error, one line or more, unless data go there. What is unseen is made
+/// visible. Nobody listening is no failure.
 fn say(text: &str) {
     if ends::notes_are_heard() {
         let _ = writeln!(io::stderr(), "{}", text::lines(text));
@@ -266,7 +286,9 @@ fn print(text: &str) -> Result<(), Failure> {
 /// The result of writing text to standard output; a reader that has gone had enough.
 fn heard(written: io::Result<()>) -> Result<(), Failure> {
     match written.and_then(|()| io::stdout().flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Target::Stdout.io(error).into()),
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Target::Stdout.io(error).into())
+        }
         _ => Ok(()),
     }
 }

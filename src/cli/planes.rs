@@ -1,5 +1,5 @@
-//! The planes of a picture on their way out: PNG, ids, depths and what merging needs, band by band where the picture is
-//! so large that not even its ids should lie in memory.
+//! The planes of a picture on their way out: PNG, ids, depths and what merging needs, band by band
+//! where the picture is so large that not even its ids should lie in memory.
 
 use std::{sync::Arc, time::Instant};
 
@@ -66,8 +66,8 @@ fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Draws band by band, from the top, and writes what is wanted. `draw` gives the spheres of the scene that are seen, -1 for none. Files
-/// get their names when they are committed.
+/// Draws band by band, from the top, and writes what is wanted. `draw` gives the spheres of the
+/// scene that are seen, -1 for none. Files get their names when they are committed.
 pub(super) fn write(
     outputs: &Outputs,
     picture: &Picture,
@@ -83,7 +83,8 @@ pub(super) fn write(
         move |error| -> OutputError { target.io(error) }
     };
 
-    // Ids that the reader knows: the scene's own, or those of the whole, with as many bytes as these take.
+    // Ids that the reader knows: the scene's own, or those of the whole, with as many bytes as
+    // these take.
     let wide = match indices {
         Indices::From { .. } => false,
         Indices::Each(_) => meta.last().is_some_and(|last| last > i32::MAX as u64),
@@ -95,17 +96,23 @@ pub(super) fn write(
     }
     let mut depth_sink = open(&outputs.depth)?;
     if let Some(sink) = &mut depth_sink {
-        std::io::Write::write_all(sink, &frame::npy_header("<f4", &shape)).map_err(or(&outputs.depth))?;
+        std::io::Write::write_all(sink, &frame::npy_header("<f4", &shape))
+            .map_err(or(&outputs.depth))?;
     }
     let mut part_sink = open(&outputs.visibility)?;
     let mut part = match &mut part_sink {
-        Some(sink) => Some((PartWriter::new(sink, meta).map_err(or(&outputs.visibility))?, Seen::new(scene.len()))),
+        Some(sink) => Some((
+            PartWriter::new(sink, meta).map_err(or(&outputs.visibility))?,
+            Seen::new(scene.len()),
+        )),
         None => None,
     };
     let paint = Paint { scene, background: meta.background };
     let mut png_sink = open(&outputs.picture)?;
     let mut rows = match &mut png_sink {
-        Some(sink) if !outputs.palette => Some(PngRows::new(sink, region, paint).map_err(or(&outputs.picture))?),
+        Some(sink) if !outputs.palette => {
+            Some(PngRows::new(sink, region, paint).map_err(or(&outputs.picture))?)
+        }
         _ => None,
     };
     // A palette takes all colours before the first row.
@@ -116,7 +123,8 @@ pub(super) fn write(
         if let Some(sink) = &mut depth_sink {
             let _progress = Progress::step("working out depths");
             let plane = timed(&mut spent.depth, || frame::depths(scene, truth, band, &ids))?;
-            timed(&mut spent.encode, || sink.give(Arc::new(Plane(plane)))).map_err(or(&outputs.depth))?;
+            timed(&mut spent.encode, || sink.give(Arc::new(Plane(plane))))
+                .map_err(or(&outputs.depth))?;
         }
         let _progress = Progress::step("encoding");
         if let Some((part, seen)) = &mut part {
@@ -128,18 +136,24 @@ pub(super) fn write(
                 let work = || frame::distance_bounds(scene, truth, some, &ids[place.clone()]);
                 let bounds = timed(&mut spent.depth, work)?;
                 let id = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
-                let pixels = ids[place].iter().zip(bounds).map(|(&k, bounds)| Pixel { id: id(k), bounds });
-                timed(&mut spent.encode, || part.pixels(pixels)).map_err(or(&outputs.visibility))?;
+                let pixels =
+                    ids[place].iter().zip(bounds).map(|(&k, bounds)| Pixel { id: id(k), bounds });
+                timed(&mut spent.encode, || part.pixels(pixels))
+                    .map_err(or(&outputs.visibility))?;
             }
         }
         timed(&mut spent.encode, || -> Result<(), Failure> {
             let ids = Arc::new(Plane(ids));
             if let Some(sink) = &mut ids_sink {
-                let index = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
+                let index =
+                    |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
                 match indices {
                     Indices::From { .. } => sink.give(ids.clone()),
-                    Indices::Each(_) if wide => sink.give(Arc::new(Plane(ids.0.iter().map(|&id| index(id)).collect()))),
-                    Indices::Each(_) => sink.give(Arc::new(Plane(ids.0.iter().map(|&id| index(id) as i32).collect()))),
+                    Indices::Each(_) if wide => {
+                        sink.give(Arc::new(Plane(ids.0.iter().map(|&id| index(id)).collect())))
+                    }
+                    Indices::Each(_) => sink
+                        .give(Arc::new(Plane(ids.0.iter().map(|&id| index(id) as i32).collect()))),
                 }
                 .map_err(or(&outputs.ids))?;
             }

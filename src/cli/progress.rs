@@ -1,4 +1,5 @@
-//! Says on a terminal what takes long: nothing for the first second, then one line that counts the seconds.
+//! Says on a terminal what takes long: nothing for the first second, then one line that counts the
+//! seconds.
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -24,7 +25,8 @@ impl Progress {
         let start = Instant::now();
         let thread = thread::Builder::new().spawn(move || {
             let mut shown = false;
-            while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(Duration::from_secs(1)) {
+            while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(Duration::from_secs(1))
+            {
                 let _ = write!(io::stderr(), "\r{doing} ... {} s", start.elapsed().as_secs());
                 shown = true;
             }

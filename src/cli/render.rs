@@ -113,7 +113,11 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
         view,
         region,
         background: loaded.background,
-        ranges: if scene.is_empty() { Vec::new() } else { std::iter::once(request.first_index..end).collect() },
+        ranges: if scene.is_empty() {
+            Vec::new()
+        } else {
+            std::iter::once(request.first_index..end).collect()
+        },
         bounds: (!scene.is_empty()).then(|| scene.bounds()),
     };
     let truth = Truth::new(&view, scene.bounds());
@@ -197,13 +201,16 @@ pub(super) fn say_device(opened: &Opened, choice: &DeviceChoice) {
 /// The part of the image that was asked for, which must lie inside it.
 pub(super) fn region_inside(region: Option<Region>, image: ImageSize) -> Result<Region, Failure> {
     let Some(region) = region else { return Ok(Region::whole(image)) };
-    let inside = |from: u32, length: u32, side: u32| from.checked_add(length).is_some_and(|end| end <= side);
-    if inside(region.x, region.width, image.width) && inside(region.y, region.height, image.height) {
+    let inside =
+        |from: u32, length: u32, side: u32| from.checked_add(length).is_some_and(|end| end <= side);
+    if inside(region.x, region.width, image.width) && inside(region.y, region.height, image.height)
+    {
         return Ok(region);
     }
     let Region { x, y, width, height } = region;
     Err(Failure::Usage(format!(
-        "--region {x},{y},{width},{height} reaches beyond the image of {} x {} pixels; make it smaller or set --size",
+        "--region {x},{y},{width},{height} reaches beyond the image of {} x {} pixels; make it \
+         smaller or set --size",
         image.width, image.height
     )))
 }

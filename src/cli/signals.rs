@@ -60,7 +60,8 @@ mod unix {
         // SAFETY: all zero bytes are a valid `sigaction`; the pointer is to a whole value.
         let ignored = unsafe {
             let mut old: libc::sigaction = mem::zeroed();
-            libc::sigaction(signal, ptr::null(), &raw mut old) != 0 || old.sa_sigaction == libc::SIG_IGN
+            libc::sigaction(signal, ptr::null(), &raw mut old) != 0
+                || old.sa_sigaction == libc::SIG_IGN
         };
         if !ignored {
             set(signal, handler, 0);
@@ -82,7 +83,11 @@ mod unix {
     }
 
     /// Ends the process if another one asks for it, and not the terminal.
-    extern "C" fn end_if_sent(signal: libc::c_int, from: *const libc::siginfo_t, _: *const libc::c_void) {
+    extern "C" fn end_if_sent(
+        signal: libc::c_int,
+        from: *const libc::siginfo_t,
+        _: *const libc::c_void,
+    ) {
         // SAFETY: the system gives a whole value to handlers that are set with `SA_SIGINFO`.
         let code = unsafe { (*from).si_code };
         // What processes send has a code of 0 or less, what the system sends more.
@@ -129,7 +134,10 @@ mod unix {
         fn a_panic_of_any_thread_has_words_and_an_exit_code() {
             let program = std::env::current_exe().unwrap();
             let name = "cli::signals::unix::tests::panics";
-            let output = Command::new(program).args([name, "--exact", "--ignored", "--nocapture"]).output().unwrap();
+            let output = Command::new(program)
+                .args([name, "--exact", "--ignored", "--nocapture"])
+                .output()
+                .unwrap();
             let words = String::from_utf8_lossy(&output.stderr);
             assert_eq!(output.status.code(), Some(101), "{words}");
             assert!(words.contains("on purpose") && words.contains("please report it"), "{words}");

@@ -29,7 +29,8 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let stem = if args.scene == Path::new("-") { None } else { args.scene.file_stem() };
     let name = stem.map_or_else(|| "scene".into(), ToOwned::to_owned);
     let image = args.size.unwrap_or(loaded.image);
-    let Shown { result, drawing } = display.show(Start { loaded, name, image, say, print }, opened.device);
+    let Shown { result, drawing } =
+        display.show(Start { loaded, name, image, say, print }, opened.device);
     let result = result.map_err(Failure::from);
     if drawing {
         leave(&result);

@@ -1,10 +1,12 @@
 //! The native device: tiles on all cores, f64, no driver.
 //!
-//! How a sphere is drawn into a tile is told in [`crate::tile`]; here, which tiles there are, and which spheres come when.
+//! How a sphere is drawn into a tile is told in [`crate::tile`]; here, which tiles there are, and
+//! which spheres come when.
 //!
-//! A scene that is drawn for the first time is looked at sphere by sphere: tile lists come in waves, front spheres first if there are
-//! many, and what they hide is not listed again. One that is drawn again is put in order ([`crate::order`]): each tile then takes
-//! groups of neighbours, nearest first, until what it holds hides the rest.
+//! A scene that is drawn for the first time is looked at sphere by sphere: tile lists come in
+//! waves, front spheres first if there are many, and what they hide is not listed again. One that
+//! is drawn again is put in order ([`crate::order`]): each tile then takes groups of neighbours,
+//! nearest first, until what it holds hides the rest.
 
 mod paint;
 
@@ -34,18 +36,22 @@ use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
 const SIDE: usize = 64;
 /// Blocks a side of a tile; for each the farthest depth is kept.
 const BLOCKS: usize = SIDE / BLOCK;
-/// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40 after.
+/// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40
+/// after.
 pub(crate) const WAVE: usize = 1 << 18;
 /// Pixels of a band at most: its state is 12 bytes a pixel when there are several waves.
 pub(crate) const BAND: usize = 4 << 20;
 
-/// log2 of the side of a region's tiles: large ones share work best, as long as there are enough for all threads.
+/// log2 of the side of a region's tiles: large ones share work best, as long as there are enough
+/// for all threads.
 pub(crate) fn shift(region: Region) -> u32 {
-    let tiles = region.width.div_ceil(SIDE as u32) as usize * region.height.div_ceil(SIDE as u32) as usize;
+    let tiles =
+        region.width.div_ceil(SIDE as u32) as usize * region.height.div_ceil(SIDE as u32) as usize;
     if tiles >= 8 * rayon::current_num_threads() { SIDE.ilog2() } else { SIDE.ilog2() - 1 }
 }
 
-/// From how many spheres on (or tiles) work is done that saves more of it later, and how much is done at once. Pictures do not depend on it.
+/// From how many spheres on (or tiles) work is done that saves more of it later, and how much is
+/// done at once. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// A scene that is drawn again is put in order.
@@ -58,7 +64,8 @@ pub struct Effort {
     pub wave: usize,
     /// Tiles with short lists have a kernel of their own on a GPU that draws again.
     pub few: usize,
-    /// Frames that a GPU is not asked for after one of the same scene of which it left a good part over.
+    /// Frames that a GPU is not asked for after one of the same scene of which it left a good part
+    /// over.
     pub rest: usize,
 }
 
@@ -98,17 +105,20 @@ impl Cpu {
     /// Takes over the order of a scene that will be drawn.
     pub fn adopt(&mut self, scene: &Scene, ordered: &Arc<Ordered>) {
         if self.drawn.is_none_or(|drawn| drawn.0 != scene.identity()) || self.ordered.is_none() {
-            (self.drawn, self.ordered) = (Some((scene.identity(), 1)), Some(Some(Arc::clone(ordered))));
+            (self.drawn, self.ordered) =
+                (Some((scene.identity(), 1)), Some(Some(Arc::clone(ordered))));
             self.crowded = is_crowded(scene);
         }
     }
 
     /// Finds out whether the scene is worth ordering, and orders it.
     ///
-    /// To order costs about as much as to draw a few times, and of very many spheres a dozen times. It is worth that at once where a good
-    /// part of the spheres all but coincide: then groups lie as a whole inside of other spheres, and equal ones are left out.
+    /// To order costs about as much as to draw a few times, and of very many spheres a dozen times.
+    /// It is worth that at once where a good part of the spheres all but coincide: then groups lie
+    /// as a whole inside of other spheres, and equal ones are left out.
     fn order(&mut self, scene: &Scene, bands: usize) {
-        let before = self.drawn.filter(|drawn| drawn.0 == scene.identity()).map_or(0, |drawn| drawn.1);
+        let before =
+            self.drawn.filter(|drawn| drawn.0 == scene.identity()).map_or(0, |drawn| drawn.1);
         self.drawn = Some((scene.identity(), before.saturating_add(1)));
         if before == 0 {
             self.ordered = None;
@@ -125,29 +135,51 @@ impl Cpu {
     ///
     /// # Errors
     /// When there is no such picture, it was cancelled, or memory does not suffice.
-    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
         self.draw_as::<Exact>(scene, view, region)
     }
 
-    /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`], and counted.
+    /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`],
+    /// and counted.
     ///
     /// # Errors
     /// When there is no such picture, it was cancelled, or memory does not suffice.
-    pub fn draw_filter_only(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    pub fn draw_filter_only(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
         let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
         drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
         Ok(drawing)
     }
 
-    /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where rounding matters.
+    /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where
+    /// rounding matters.
     ///
     /// # Errors
     /// When there is no such picture, it was cancelled, or memory does not suffice.
-    pub fn draw_uncertified(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    pub fn draw_uncertified(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
         self.draw_as::<Uncertified>(scene, view, region)
     }
 
-    fn draw_as<M: Mode>(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    fn draw_as<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
         let mut drawing = Drawing::new(scene, view, region)?;
         pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing))?;
         Ok(drawing)
@@ -179,8 +211,15 @@ impl Cpu {
         Ok(())
     }
 
-    /// One band of an ordered scene, or nothing if the scene is not in order or its groups lie in too many tiles.
-    fn draw_groups<M: Mode>(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing) -> bool {
+    /// One band of an ordered scene, or nothing if the scene is not in order or its groups lie in
+    /// too many tiles.
+    fn draw_groups<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        truth: &Truth,
+        band: Region,
+        drawing: &mut Drawing,
+    ) -> bool {
         let Some(Some(ordered)) = &self.ordered else { return false };
         let begun = Instant::now();
         let binner = Binner::new(&ordered.groups, truth, band, shift(band));
@@ -190,7 +229,8 @@ impl Cpu {
         let limit = scene.len() / GROUP * spread + binner.grid.tiles();
         let cover = self.cover(scene, &binner);
         let depths = Depths::of_tiles(cover.as_ref(), &binner.grid);
-        let visible = Visible::in_front(&vec![f64::INFINITY; depths.len()], &depths, cover.is_some());
+        let visible =
+            Visible::in_front(&vec![f64::INFINITY; depths.len()], &depths, cover.is_some());
         let lists = binner.lists(&mut left, &visible, limit, &mut self.groups);
         drawing.times.prepare += milliseconds(begun);
         if !left.iter().all(Range::is_empty) {
@@ -202,7 +242,8 @@ impl Cpu {
         painter.paint_once::<M>(Source::Groups(lists, ordered), &depths, &mut drawing.ids);
         drawing.times.render += milliseconds(drawn);
         drawing.counts.tiles += binner.grid.tiles();
-        let empty = (0..binner.grid.tiles()).filter(|&tile| lists.tile(&binner.grid, tile).is_empty());
+        let empty =
+            (0..binner.grid.tiles()).filter(|&tile| lists.tile(&binner.grid, tile).is_empty());
         drawing.counts.empty += empty.count();
         let sums = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         drawing.counts.entries += sums.entries as usize;
@@ -214,8 +255,15 @@ impl Cpu {
         if scene.len() >= self.effort.cover { Cover::new(scene, &binner.projector) } else { None }
     }
 
-    /// One band: its spheres in as many waves as memory wants, front ones first where that saves work.
-    fn draw_band<M: Mode>(&mut self, scene: &Scene, truth: &Truth, band: Region, drawing: &mut Drawing) {
+    /// One band: its spheres in as many waves as memory wants, front ones first where that saves
+    /// work.
+    fn draw_band<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        truth: &Truth,
+        band: Region,
+        drawing: &mut Drawing,
+    ) {
         let begun = Instant::now();
         let binner = Binner::new(scene, truth, band, shift(band));
         let grid = binner.grid;
@@ -237,20 +285,27 @@ impl Cpu {
         if !behind && left.iter().all(Range::is_empty) {
             let drawn = Instant::now();
             drawing.counts.entries += lists.entries.len();
-            drawing.counts.empty += (0..grid.tiles()).filter(|&tile| lists.tile(&grid, tile).is_empty()).count();
+            drawing.counts.empty +=
+                (0..grid.tiles()).filter(|&tile| lists.tile(&grid, tile).is_empty()).count();
             painter.paint_once::<M>(Source::Spheres(lists), &depths, &mut drawing.ids);
             drawing.times.render += milliseconds(drawn);
         } else {
             let drawn = Instant::now();
             self.tiles.resize_with(grid.tiles(), Tile::default);
-            self.tiles.par_iter_mut().enumerate().for_each(|(tile, state)| painter.clear(tile, state));
+            self.tiles
+                .par_iter_mut()
+                .enumerate()
+                .for_each(|(tile, state)| painter.clear(tile, state));
             drawing.times.render += milliseconds(drawn);
             let mut empty = vec![true; grid.tiles()];
             let mut second = false;
             loop {
                 let drawn = Instant::now();
                 drawing.counts.entries += lists.entries.len();
-                empty.iter_mut().enumerate().for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
+                empty
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
                 painter.paint::<M>(Source::Spheres(lists), &mut self.tiles, &mut depths);
                 drawing.times.render += milliseconds(drawn);
                 if self.cancel.is_cancelled() {
@@ -278,7 +333,9 @@ impl Cpu {
             drawing.counts.empty += empty.iter().filter(|empty| **empty).count();
             drawing.times.render += milliseconds(drawn);
         }
-        sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).add_to(&mut drawing.counts);
+        sums.into_inner()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .add_to(&mut drawing.counts);
         drawing.counts.note(band == drawing.region, met);
     }
 }
@@ -299,11 +356,12 @@ const SPREAD: usize = 32;
 
 /// From this many spheres on, it is found out first how deep they lie.
 pub(crate) const SAMPLED: usize = 1 << 17;
-/// Layers of spheres' boxes that are drawn before the rest is looked at: what shows through eight is little.
+/// Layers of spheres' boxes that are drawn before the rest is looked at: what shows through eight
+/// is little.
 const LAYERS: u64 = 8;
 
-/// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if there are not as many. A
-/// guess: it decides only the order of work.
+/// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if
+/// there are not as many. A guess: it decides only the order of work.
 fn front_depths(binner: &Binner, visible: &Visible) -> Vec<f64> {
     let grid = &binner.grid;
     let areas = binner.sample(16, visible);
@@ -330,7 +388,10 @@ struct Visible<'a> {
 
 impl<'a> Visible<'a> {
     fn in_front(front: &[f64], depths: &'a [Depths], hides: bool) -> Self {
-        let ranges = front.iter().zip(depths).map(|(front, depths)| [f64::NEG_INFINITY, front.min(depths.farthest)]);
+        let ranges = front
+            .iter()
+            .zip(depths)
+            .map(|(front, depths)| [f64::NEG_INFINITY, front.min(depths.farthest)]);
         Self { ranges: ranges.collect(), depths: hides.then_some(depths) }
     }
 

@@ -1,4 +1,5 @@
-//! From lists to ids, tile by tile: which spheres and groups are drawn into a tile, nearest first, and what is left out as hidden.
+//! From lists to ids, tile by tile: which spheres and groups are drawn into a tile, nearest first,
+//! and what is left out as hidden.
 
 use std::{cell::RefCell, marker::PhantomData, mem::MaybeUninit, sync::Mutex};
 
@@ -46,7 +47,11 @@ impl Depths {
         let depth = |block: usize| {
             let (column, row) = (block % BLOCKS, block / BLOCKS);
             let inside = column * BLOCK < side && row * BLOCK < side;
-            if inside { cover.depth(x / BLOCK + column, y / BLOCK + row) } else { f64::NEG_INFINITY }
+            if inside {
+                cover.depth(x / BLOCK + column, y / BLOCK + row)
+            } else {
+                f64::NEG_INFINITY
+            }
         };
         let blocks = std::array::from_fn(depth);
         Self { farthest: blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max), blocks }
@@ -147,8 +152,11 @@ impl Canvas {
         let across = side.min(width as usize - x);
         for row in 0..side.min(height as usize - y) {
             let start = (y + row) * width as usize + x;
-            // SAFETY: inside the region; these pixels belong to this tile alone, and their memory outlives the threads.
-            write(row, unsafe { std::slice::from_raw_parts_mut(self.ids.add(start).cast(), across) });
+            // SAFETY: inside the region; these pixels belong to this tile alone, and their memory
+            // outlives the threads.
+            write(row, unsafe {
+                std::slice::from_raw_parts_mut(self.ids.add(start).cast(), across)
+            });
         }
     }
 }
@@ -159,7 +167,12 @@ thread_local! {
 
 impl Painter<'_> {
     /// Draws all there is, and appends the ids of the region.
-    pub(super) fn paint_once<M: Mode>(&self, source: Source<'_>, depths: &[Depths], ids: &mut Vec<i32>) {
+    pub(super) fn paint_once<M: Mode>(
+        &self,
+        source: Source<'_>,
+        depths: &[Depths],
+        ids: &mut Vec<i32>,
+    ) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
             pool::each(self.binner.grid.tiles(), |tile| {
                 if self.cancel.is_cancelled() || source.is_empty(self.binner, tile) {
@@ -173,7 +186,14 @@ impl Painter<'_> {
                     let mut depths = depths[tile];
                     let number = background.as_ref().map(|background| background.number);
                     let id = background.map_or(NONE, |background| background.index);
-                    self.paint_tile::<M>(source, tile, number, state, &mut depths, Some((canvas, id)));
+                    self.paint_tile::<M>(
+                        source,
+                        tile,
+                        number,
+                        state,
+                        &mut depths,
+                        Some((canvas, id)),
+                    );
                 });
             });
         });
@@ -188,12 +208,19 @@ impl Painter<'_> {
     }
 
     /// Draws on top of what there is.
-    pub(super) fn paint<M: Mode>(&self, source: Source<'_>, tiles: &mut [Tile], depths: &mut [Depths]) {
-        tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(|(tile, (state, depths))| {
-            if !self.cancel.is_cancelled() && !source.is_empty(self.binner, tile) {
-                self.paint_tile::<M>(source, tile, None, state, depths, None);
-            }
-        });
+    pub(super) fn paint<M: Mode>(
+        &self,
+        source: Source<'_>,
+        tiles: &mut [Tile],
+        depths: &mut [Depths],
+    ) {
+        tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(
+            |(tile, (state, depths))| {
+                if !self.cancel.is_cancelled() && !source.is_empty(self.binner, tile) {
+                    self.paint_tile::<M>(source, tile, None, state, depths, None);
+                }
+            },
+        );
     }
 
     /// Appends the ids of all tiles.
@@ -218,12 +245,14 @@ impl Painter<'_> {
                 let entries = lists.tile(grid, tile);
                 let nearest = |entry: &Entry| entry.sphere.nearest();
                 let last = entries.iter().max_by(|a, b| nearest(a).total_cmp(&nearest(b)));
-                last.filter(|_| entries.len() <= MOST).map(|last| (last.index, last.index, entries.len()))
+                last.filter(|_| entries.len() <= MOST)
+                    .map(|last| (last.index, last.index, entries.len()))
             }
             Source::Groups(lists, ordered) => {
                 let groups = lists.tile(grid, tile);
                 let last = groups.iter().max_by(|a, b| a.nearest.total_cmp(&b.nearest));
-                let only = last.filter(|_| groups.len() <= MOST).and_then(|last| ordered.only(last.index));
+                let only =
+                    last.filter(|_| groups.len() <= MOST).and_then(|last| ordered.only(last.index));
                 last.zip(only).map(|(last, only)| (last.index, only, groups.len()))
             }
         }?;
@@ -235,9 +264,10 @@ impl Painter<'_> {
             Source::Spheres(lists) => {
                 lists.tile(grid, tile).iter().all(|entry| in_front(entry.index, &|| entry.sphere))
             }
-            Source::Groups(lists, _) => {
-                lists.tile(grid, tile).iter().all(|group| in_front(group.index, &|| project(scene, group.index)))
-            }
+            Source::Groups(lists, _) => lists
+                .tile(grid, tile)
+                .iter()
+                .all(|group| in_front(group.index, &|| project(scene, group.index))),
         };
         let ([x, y], side) = grid.corner(tile);
         let columns = x..(x + side).min(projector.region.width as usize);
@@ -261,7 +291,8 @@ impl Painter<'_> {
         });
     }
 
-    /// Draws a tile but for what is left out; from nothing on and into the picture if `whole` tells where, and what lies behind all else.
+    /// Draws a tile but for what is left out; from nothing on and into the picture if `whole` tells
+    /// where, and what lies behind all else.
     fn paint_tile<M: Mode>(
         &self,
         source: Source<'_>,
@@ -273,7 +304,18 @@ impl Painter<'_> {
     ) {
         let (sums, mode) = (Sums::default(), PhantomData::<M>);
         let drawn = Drawn::default();
-        let work = PaintTile { painter: self, source, without, tile, state, depths, whole, drawn, sums, mode };
+        let work = PaintTile {
+            painter: self,
+            source,
+            without,
+            tile,
+            state,
+            depths,
+            whole,
+            drawn,
+            sums,
+            mode,
+        };
         let sums = tile::dispatch(self.binner.projector.projection, work);
         let mut all = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         all.tally += sums.tally;
@@ -321,10 +363,15 @@ impl Drawn {
     /// How many are remembered.
     const MOST: usize = 16;
 
-    /// Whether a sphere is nowhere seen in the tile: it is the same as one of these that comes before it, or lies inside of one.
+    /// Whether a sphere is nowhere seen in the tile: it is the same as one of these that comes
+    /// before it, or lies inside of one.
     fn hide(&self, ball: Ball, index: u32) -> bool {
         let hides = |known: &Known| {
-            if ball == known.ball { known.index < index } else { !known.cut && pair::inside(&ball, &known.ball) }
+            if ball == known.ball {
+                known.index < index
+            } else {
+                !known.cut && pair::inside(&ball, &known.ball)
+            }
         };
         self.spheres.iter().any(hides)
     }
@@ -390,7 +437,11 @@ impl<M: Mode> tile::Work for PaintTile<'_, M> {
 
 impl<M: Mode> PaintTile<'_, M> {
     #[inline(always)]
-    fn spheres<L: Lanes, const PERSPECTIVE: bool>(&mut self, lists: &Lists<Entry>, place: &Place<'_>) {
+    fn spheres<L: Lanes, const PERSPECTIVE: bool>(
+        &mut self,
+        lists: &Lists<Entry>,
+        place: &Place<'_>,
+    ) {
         let Binner { projector, grid, .. } = self.painter.binner;
         for slab in 0..grid.slabs {
             let entries = lists.slab(grid, self.tile, slab);
@@ -400,7 +451,9 @@ impl<M: Mode> PaintTile<'_, M> {
             if self.depths.farthest < grid.slab_start(slab) {
                 break;
             }
-            for some in [self.first(entries), entries].into_iter().flat_map(|entries| entries.chunks(FRESH)) {
+            for some in
+                [self.first(entries), entries].into_iter().flat_map(|entries| entries.chunks(FRESH))
+            {
                 if self.painter.cancel.is_cancelled() {
                     return;
                 }
@@ -415,7 +468,8 @@ impl<M: Mode> PaintTile<'_, M> {
         }
     }
 
-    /// Where very many spheres are listed, the one that begins nearest: where they all but coincide, it may hold all others.
+    /// Where very many spheres are listed, the one that begins nearest: where they all but
+    /// coincide, it may hold all others.
     #[inline]
     fn first<'e>(&self, entries: &'e [Entry]) -> &'e [Entry] {
         /// Shorter lists are as soon drawn in any order.
@@ -424,7 +478,10 @@ impl<M: Mode> PaintTile<'_, M> {
             return &[];
         }
         let nearest = |entry: &&Entry| entry.sphere.nearest();
-        entries.iter().min_by(|a, b| nearest(a).total_cmp(&nearest(b))).map_or(&[], std::slice::from_ref)
+        entries
+            .iter()
+            .min_by(|a, b| nearest(a).total_cmp(&nearest(b)))
+            .map_or(&[], std::slice::from_ref)
     }
 
     /// The spheres of groups, nearest groups first.
@@ -460,7 +517,8 @@ impl<M: Mode> PaintTile<'_, M> {
                 }
                 let first = ordered.starts[group.index as usize] as usize;
                 let count = ordered.starts[group.index as usize + 1] as usize - first;
-                // What no plane cuts of the group is not cut of its spheres; what hides its sphere hides them all.
+                // What no plane cuts of the group is not cut of its spheres; what hides its sphere
+                // hides them all.
                 let around = ordered.groups.known(group.index as usize);
                 if self.state.is_crowded() && self.drawn.hold(around.into()) {
                     continue;
@@ -471,8 +529,10 @@ impl<M: Mode> PaintTile<'_, M> {
                 let farthest = self.depths.farthest;
                 let mut seen = 0u64;
                 for k in 0..BATCH {
-                    let across = (batch.left[k] <= batch.right[k].min(x + last)) & (batch.right[k] >= x);
-                    let down = (batch.top[k] <= batch.bottom[k].min(y + last)) & (batch.bottom[k] >= y);
+                    let across =
+                        (batch.left[k] <= batch.right[k].min(x + last)) & (batch.right[k] >= x);
+                    let down =
+                        (batch.top[k] <= batch.bottom[k].min(y + last)) & (batch.bottom[k] >= y);
                     seen |= u64::from(across & down & !(batch.nearest[k] > farthest)) << k;
                 }
                 seen &= u64::MAX >> (BATCH - count);
@@ -480,13 +540,15 @@ impl<M: Mode> PaintTile<'_, M> {
                 while seen != 0 {
                     let k = seen.trailing_zeros() as usize;
                     seen &= seen - 1;
-                    let (left, right, top, bottom) = (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
+                    let (left, right, top, bottom) =
+                        (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
                     let wide = (left < x) | (right > x + last) && (top < y) | (bottom > y + last);
                     if wide && self.painter.binner.misses(&batch.sphere(k), column, row) {
                         continue;
                     }
                     let inside = |value: i32, from: i32| (value - from).clamp(0, last) as u8;
-                    let window = [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)];
+                    let window =
+                        [inside(left, x), inside(right, x), inside(top, y), inside(bottom, y)];
                     if !hidden(self.depths, batch.nearest[k], window) {
                         let index = ordered.indices[first + k];
                         spheres.push(Entry { sphere: batch.sphere(k), index, window });
@@ -506,7 +568,12 @@ impl<M: Mode> PaintTile<'_, M> {
     }
 
     #[inline(always)]
-    fn entry<L: Lanes, const PERSPECTIVE: bool>(&mut self, entry: &Entry, cut: bool, place: &Place<'_>) {
+    fn entry<L: Lanes, const PERSPECTIVE: bool>(
+        &mut self,
+        entry: &Entry,
+        cut: bool,
+        place: &Place<'_>,
+    ) {
         if self.state.is_crowded() && self.is_hidden(entry, cut, place) {
             return;
         }
@@ -514,10 +581,18 @@ impl<M: Mode> PaintTile<'_, M> {
         self.sums.entries += 1;
         self.sums.tests += ((right / LANES - left / LANES + 1) * LANES * (bottom - top + 1)) as u64;
         let Entry { sphere, index, .. } = entry;
-        self.state.draw::<L, PERSPECTIVE, M>(place, *index, sphere, cut, [left, right], top..bottom + 1);
+        self.state.draw::<L, PERSPECTIVE, M>(
+            place,
+            *index,
+            sphere,
+            cut,
+            [left, right],
+            top..bottom + 1,
+        );
     }
 
-    /// Where spheres all but coincide: whether those that were drawn before hide this one. If not, it is one of them from now on.
+    /// Where spheres all but coincide: whether those that were drawn before hide this one. If not,
+    /// it is one of them from now on.
     #[cold]
     #[inline(never)]
     fn is_hidden(&mut self, entry: &Entry, cut: bool, place: &Place<'_>) -> bool {
@@ -540,7 +615,8 @@ impl<M: Mode> PaintTile<'_, M> {
             fresh = true;
         }
         if fresh {
-            self.depths.farthest = self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            self.depths.farthest =
+                self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         }
     }
 }

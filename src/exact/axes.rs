@@ -6,16 +6,18 @@
 //!     forward = -w = d / |d|        right = u = e / |e|        up' = v = g / (|d| |e|)
 //! ```
 //!
-//! since `up x w = -(up x d) / |d|` and `w x u = (e x d) / (|d| |e|)`. Scaled by powers of two, `d` and `up` are
-//! integer vectors, and so are `e` and `g`: the axes are integer vectors over the square roots of `A = |d|^2`,
-//! `B = |e|^2` and `A B`. Nothing is lost; for the filters the axes are also given as pairs of f64, good to 2^-100.
+//! since `up x w = -(up x d) / |d|` and `w x u = (e x d) / (|d| |e|)`. Scaled by powers of two, `d`
+//! and `up` are integer vectors, and so are `e` and `g`: the axes are integer vectors over the
+//! square roots of `A = |d|^2`, `B = |e|^2` and `A B`. Nothing is lost; for the filters the axes
+//! are also given as pairs of f64, good to 2^-100.
 
 use dashu_int::{IBig, Sign, UBig, ops::BitTest, ops::SquareRoot};
 use glam::DVec3;
 
 use crate::camera::Camera;
 
-/// Splits a finite number into `mantissa * 2^exponent` with a mantissa of at most 53 bits; zero gives (0, `i32::MAX`).
+/// Splits a finite number into `mantissa * 2^exponent` with a mantissa of at most 53 bits; zero
+/// gives (0, `i32::MAX`).
 pub fn split(value: f64) -> (i64, i32) {
     if value == 0.0 {
         return (0, i32::MAX);
@@ -23,7 +25,8 @@ pub fn split(value: f64) -> (i64, i32) {
     let bits = value.to_bits();
     let biased = (bits >> 52 & 0x7ff) as i32;
     let fraction = (bits & ((1 << 52) - 1)) as i64;
-    let (mantissa, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
+    let (mantissa, exponent) =
+        if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
     let zeros = mantissa.trailing_zeros();
     let magnitude = mantissa >> zeros;
     (if value < 0.0 { -magnitude } else { magnitude }, exponent + zeros as i32)
@@ -69,8 +72,8 @@ pub fn parallel(a: DVec3, b: DVec3) -> bool {
     cross(&direction(a), &direction(b)).iter().all(IBig::is_zero)
 }
 
-/// A unit vector as pairs of f64: `high[k] + low[k]` is within [`Axis::ERROR`] of the truth, `high[k]` within half a unit in its
-/// last place.
+/// A unit vector as pairs of f64: `high[k] + low[k]` is within [`Axis::ERROR`] of the truth,
+/// `high[k]` within half a unit in its last place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     /// Nearest f64 of each component.
@@ -80,8 +83,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Bound of each component's error. A component is below 1 (or exactly 1), so that `low` is at most 2^-54 and rounds by
-    /// 2^-108; the root before it is good to 2^-123.
+    /// Bound of each component's error. A component is below 1 (or exactly 1), so that `low` is at
+    /// most 2^-54 and rounds by 2^-108; the root before it is good to 2^-123.
     pub const ERROR: f64 = f64::from_bits((1023 - 107) << 52);
 
     /// The nearest f64 of each component.
@@ -155,8 +158,12 @@ impl Axes {
         let e = cross(&d, &direction(camera.up));
         let g = cross(&e, &d);
         let (a, b) = (dot(&d, &d), dot(&e, &e));
-        assert!(a.sign() == Sign::Positive && !b.is_zero(), "a checked camera has a view direction and an up");
-        let (right, up, forward) = (Axis::new(&e, &b), Axis::new(&g, &(&a * &b)), Axis::new(&d, &a));
+        assert!(
+            a.sign() == Sign::Positive && !b.is_zero(),
+            "a checked camera has a view direction and an up"
+        );
+        let (right, up, forward) =
+            (Axis::new(&e, &b), Axis::new(&g, &(&a * &b)), Axis::new(&d, &a));
         Self { d, e, g, a, b, right, up, forward }
     }
 }
@@ -179,12 +186,21 @@ mod tests {
     #[test]
     fn axes_are_orthonormal_and_right_handed_at_every_scale() {
         for scale in [1.0, 1e-300, 1e300, 5e-324] {
-            for (view, up) in [([1.0, 0.0, 0.0], DVec3::Z), ([1.0, -2.0, 3.0], DVec3::Z), ([3.0, 4.0, 1.0], DVec3::Y)] {
-                let camera = Camera { up, ..Camera::orthographic(DVec3::ZERO, DVec3::from_array(view) * scale) };
+            for (view, up) in [
+                ([1.0, 0.0, 0.0], DVec3::Z),
+                ([1.0, -2.0, 3.0], DVec3::Z),
+                ([3.0, 4.0, 1.0], DVec3::Y),
+            ] {
+                let camera = Camera {
+                    up,
+                    ..Camera::orthographic(DVec3::ZERO, DVec3::from_array(view) * scale)
+                };
                 let axes = Axes::new(&camera);
                 let [u, v, f] = [axes.right, axes.up, axes.forward].map(Axis::nearest);
                 assert!((u.cross(v) + f).length() < 1e-15, "right x up = back");
-                for (a, b, want) in [(u, u, 1.0), (v, v, 1.0), (f, f, 1.0), (u, v, 0.0), (v, f, 0.0)] {
+                for (a, b, want) in
+                    [(u, u, 1.0), (v, v, 1.0), (f, f, 1.0), (u, v, 0.0), (v, f, 0.0)]
+                {
                     assert!((a.dot(b) - want).abs() < 1e-15);
                 }
                 assert!(v.dot(up) > 0.0 && f.dot(DVec3::from_array(view)) > 0.0);
@@ -211,11 +227,14 @@ mod tests {
                 (axes.forward, &axes.d, axes.a.clone()),
             ] {
                 for k in 0..3 {
-                    let root: UBig = (((&n[k] * &n[k]) << (2 * PLACES)) / &square).into_parts().1.sqrt();
+                    let root: UBig =
+                        (((&n[k] * &n[k]) << (2 * PLACES)) / &square).into_parts().1.sqrt();
                     let exact = IBig::from_parts(n[k].sign(), root);
                     // A low part may have bits below 2^-300.
-                    let pair = (integer(axis.high[k], -1000) + integer(axis.low[k], -1000)) >> (1000 - PLACES);
-                    let off = (exact - pair).to_f64().value().abs() * 2f64.powi(-(PLACES as i32)) / Axis::ERROR;
+                    let pair = (integer(axis.high[k], -1000) + integer(axis.low[k], -1000))
+                        >> (1000 - PLACES);
+                    let off = (exact - pair).to_f64().value().abs() * 2f64.powi(-(PLACES as i32))
+                        / Axis::ERROR;
                     assert!(off <= 1.0, "{off} of the bound at {view}");
                     assert!(axis.low[k].abs() <= axis.high[k].abs() * 2f64.powi(-53));
                     worst = worst.max(off);

@@ -1,9 +1,10 @@
 //! Numbers of 100 bits with a certain error: a pair of f64 and a bound.
 //!
-//! The pair arithmetic is that of Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks of
-//! double-word arithmetic" (ACM TOMS 44, 2017): addition (their algorithm 6) is within 3 u^2 and multiplication
-//! (algorithm 12) within 5 u^2 of the exact result, u = 2^-53; quotient and square root are derived below. The last bits of
-//! what falls below 2^-968 are lost to underflow, which `ABSOLUTE` covers. The error travels along, rounded up.
+//! The pair arithmetic is that of Joldes, Muller and Popescu, "Tight and rigorous error bounds for
+//! basic building blocks of double-word arithmetic" (ACM TOMS 44, 2017): addition (their algorithm
+//! 6) is within 3 u^2 and multiplication (algorithm 12) within 5 u^2 of the exact result, u =
+//! 2^-53; quotient and square root are derived below. The last bits of what falls below 2^-968 are
+//! lost to underflow, which `ABSOLUTE` covers. The error travels along, rounded up.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -67,9 +68,10 @@ impl Bounded {
 
     /// An integer times an exact f64, over an integer (each integer at most 2^53).
     pub fn ratio(factor: f64, value: f64, divisor: f64) -> Self {
-        // One Newton step: the quotient of the high part, and what remains of the exact product divided again. The remainder
-        // `(product - back) - back_low` is exact and, like `product_low`, at most u of the product; their sum rounds by 2 u^2 of
-        // it, and so does its quotient.
+        // One Newton step: the quotient of the high part, and what remains of the exact product
+        // divided again. The remainder `(product - back) - back_low` is exact and, like
+        // `product_low`, at most u of the product; their sum rounds by 2 u^2 of it, and so does its
+        // quotient.
         let (product, product_low) = two_product(factor, value);
         let first = product / divisor;
         let (back, back_low) = two_product(first, divisor);
@@ -120,17 +122,23 @@ impl Bounded {
     /// Square root; of a number that may be negative, the square root of its positive part.
     pub fn sqrt(self) -> Self {
         if self.high <= 0.0 {
-            return Self { high: 0.0, low: 0.0, error: (self.high.abs() * f64::EPSILON + self.error).sqrt() * UP };
+            return Self {
+                high: 0.0,
+                low: 0.0,
+                error: (self.high.abs() * f64::EPSILON + self.error).sqrt() * UP,
+            };
         }
         let root = self.high.sqrt();
         let (square, square_low) = two_product(root, root);
         let rest = ((self.high - square) - square_low) + self.low;
         let (high, low) = fast_two_sum(root, rest / (2.0 * root));
-        // |sqrt x - sqrt y| is at most |x - y| / sqrt y and at most sqrt |x - y|. The remainder loses what underflows.
+        // |sqrt x - sqrt y| is at most |x - y| / sqrt y and at most sqrt |x - y|. The remainder
+        // loses what underflows.
         let error = self.error + ABSOLUTE;
         let carried = (error / root).min(error.sqrt()) * (1.0 + 4.0 * f64::EPSILON);
-        // The remainder `(high - square) - square_low` is exact and at most 2 u of `high`, with `low` 3 u: their sum rounds by
-        // 1.5 u^2 of the root, so does the quotient, and the Newton step leaves (1.5 u)^2 / 2 of it.
+        // The remainder `(high - square) - square_low` is exact and at most 2 u of `high`, with
+        // `low` 3 u: their sum rounds by 1.5 u^2 of the root, so does the quotient, and the Newton
+        // step leaves (1.5 u)^2 / 2 of it.
         Self { high, low, error: (carried + PRODUCT * root) * UP }
     }
 }
@@ -172,7 +180,9 @@ impl Mul for Bounded {
         let t_low = self.high.mul_add(other.low, self.low * other.high);
         let (high, low) = fast_two_sum(c_high, c_low + t_low);
         // |high| bounds |value| up to one unit in its last place, which UP covers.
-        let carried = self.high.abs() * other.error + other.high.abs() * self.error + self.error * other.error;
+        let carried = self.high.abs() * other.error
+            + other.high.abs() * self.error
+            + self.error * other.error;
         Self { high, low, error: (carried + PRODUCT * high.abs() + ABSOLUTE) * UP }
     }
 }
@@ -206,9 +216,13 @@ mod tests {
         } else {
             (random(state) >> 11) as f64 * 2f64.powi(-53)
         };
-        let high = mantissa * 2f64.powi((bits >> 8) as i32 % 40 - 20) * if bits & 1 == 0 { 1.0 } else { -1.0 };
-        let low =
-            high * 2f64.powi(-54) * ((random(state) % 1001) as f64 / 1000.0) * if bits & 2 == 0 { 1.0 } else { -1.0 };
+        let high = mantissa
+            * 2f64.powi((bits >> 8) as i32 % 40 - 20)
+            * if bits & 1 == 0 { 1.0 } else { -1.0 };
+        let low = high
+            * 2f64.powi(-54)
+            * ((random(state) % 1001) as f64 / 1000.0)
+            * if bits & 2 == 0 { 1.0 } else { -1.0 };
         let (high, low) = two_sum(high, low);
         Bounded { high, low, error: 0.0 }
     }
@@ -218,7 +232,8 @@ mod tests {
         fixed(x.high) + fixed(x.low)
     }
 
-    /// Every operation contains the exact result of its exact operands, and no bound is eight times what is needed.
+    /// Every operation contains the exact result of its exact operands, and no bound is eight times
+    /// what is needed.
     #[test]
     fn bounds_hold_against_integers_and_are_not_loose() {
         let mut state = 7;
@@ -243,8 +258,10 @@ mod tests {
             // |root - sqrt square| = |root^2 - square| / (root + sqrt square).
             let off = whole(root) * whole(root) - (whole(square) << 300);
             check(2, root, off, unit * unit / (2.0 * root.high));
-            let (factor, divisor) =
-                ((random(&mut state) % 65536) as f64 + 1.0, (random(&mut state) % 65535 + 1) as f64);
+            let (factor, divisor) = (
+                (random(&mut state) % 65536) as f64 + 1.0,
+                (random(&mut state) % 65535 + 1) as f64,
+            );
             let ratio = Bounded::ratio(factor, a.high, divisor);
             let off = whole(ratio) * fixed(divisor) - fixed(factor) * fixed(a.high);
             check(3, ratio, off, unit * unit / divisor);
@@ -277,7 +294,8 @@ mod tests {
         assert!(lost > 1000, "{lost}");
     }
 
-    /// `bounds` holds the pair and its error, and is not eight times wider than the low part and a rounding ask for.
+    /// `bounds` holds the pair and its error, and is not eight times wider than the low part and a
+    /// rounding ask for.
     #[test]
     fn bounds_are_close() {
         let mut state = 9;

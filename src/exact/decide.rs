@@ -1,22 +1,27 @@
 //! Hits and their order at one pixel, decided by the cheapest arithmetic that can tell.
 //!
-//! With the camera's integer vectors `d`, `e`, `g` and `A = |d|^2`, `B = |e|^2` ([`super::axes`]), a sphere's centre relative
-//! to the camera `f = c - o`, and a sample point `(sx, sy)`, the depths of the two roots are `t = y / scale` with
+//! With the camera's integer vectors `d`, `e`, `g` and `A = |d|^2`, `B = |e|^2` ([`super::axes`]),
+//! a sphere's centre relative to the camera `f = c - o`, and a sample point `(sx, sy)`, the depths
+//! of the two roots are `t = y / scale` with
 //!
 //! ```text
 //!     y = beta -+ sqrt q
 //!     orthographic: beta = (f.d) sqrt B                              scale = sqrt(A B)
-//!                   q = A B (r^2 - sx^2 - sy^2 - |f|^2) + B (f.d)^2 + 2 sx (f.e) A sqrt B + 2 sy (f.g) sqrt(A B)
-//!     perspective:  beta = (f.d) sqrt B + sx (f.e) sqrt A + sy (f.g)   scale = sqrt(A B) (1 + sx^2 + sy^2)
+//!                   q = A B (r^2 - sx^2 - sy^2 - |f|^2) + B (f.d)^2
+//!                       + 2 sx (f.e) A sqrt B + 2 sy (f.g) sqrt(A B)
+//!     perspective:  beta = (f.d) sqrt B + sx (f.e) sqrt A + sy (f.g)
+//!                   scale = sqrt(A B) (1 + sx^2 + sy^2)
 //!                   q = beta^2 - A B (1 + sx^2 + sy^2) (|f|^2 - r^2)
 //! ```
 //!
-//! which follows from `|p + t dir - c|^2 = r^2` with the axes `e / sqrt B`, `g / sqrt(A B)`, `d / sqrt A`. All spheres of one
-//! pixel share the scale, so depths compare as `beta_1 -+ sqrt q_1` with `beta_2 -+ sqrt q_2`: a sign of
-//! `x + s sqrt q - t sqrt p` ([`super::field`]). Lengths become integers by one power of two and the pixel counts.
+//! which follows from `|p + t dir - c|^2 = r^2` with the axes `e / sqrt B`, `g / sqrt(A B)`, `d /
+//! sqrt A`. All spheres of one pixel share the scale, so depths compare as `beta_1 -+ sqrt q_1`
+//! with `beta_2 -+ sqrt q_2`: a sign of `x + s sqrt q - t sqrt p` ([`super::field`]). Lengths
+//! become integers by one power of two and the pixel counts.
 //!
-//! Three arithmetics are tried in turn: 128-bit integers where the numbers are short ([`super::small`]), and the axes rational or the
-//! spheres symmetrical, as on lattices, where true ties are common; 100 bits with a bound ([`super::dd`]); integers of any size.
+//! Three arithmetics are tried in turn: 128-bit integers where the numbers are short
+//! ([`super::small`]), and the axes rational or the spheres symmetrical, as on lattices, where true
+//! ties are common; 100 bits with a bound ([`super::dd`]); integers of any size.
 
 use std::{cell::OnceCell, cmp::Ordering};
 
@@ -96,7 +101,8 @@ impl std::ops::AddAssign for Tally {
 pub struct Hit {
     ball: Ball,
     root: Root,
-    /// `t` times a positive factor that all hits of the pixel share, to 100 bits, once it is needed.
+    /// `t` times a positive factor that all hits of the pixel share, to 100 bits, once it is
+    /// needed.
     y: OnceCell<Bounded>,
 }
 
@@ -137,8 +143,10 @@ impl Truth {
     pub fn new(view: &View, bounds: Bounds) -> Self {
         let axes = Axes::new(&view.camera);
         let field = Field::new(&axes.a, &axes.b);
-        let extent = [bounds.min_center, bounds.max_center, view.camera.origin].map(|v| v.abs().max_element());
-        let mut largest = extent.into_iter().fold(bounds.max_radius, f64::max).max(view.camera.near);
+        let extent = [bounds.min_center, bounds.max_center, view.camera.origin]
+            .map(|v| v.abs().max_element());
+        let mut largest =
+            extent.into_iter().fold(bounds.max_radius, f64::max).max(view.camera.near);
         if view.camera.projection == Projection::Orthographic {
             largest = largest.max(view.pitch_x.length).max(view.pitch_y.length);
         }
@@ -146,13 +154,18 @@ impl Truth {
         let (scale, slack) = match exponent {
             -300..=300 => (1.0, 0.0),
             // 2^-1020 to 2^1020: enough, as exponents run from -1022 to 1023.
-            _ => (super::axes::scaled(1.0, -exponent.clamp(-1020, 1020)), super::axes::scaled(1.0, -1070)),
+            _ => (
+                super::axes::scaled(1.0, -exponent.clamp(-1020, 1020)),
+                super::axes::scaled(1.0, -1070),
+            ),
         };
         let (x, y) = (u64::from(view.pitch_x.divisor), u64::from(view.pitch_y.divisor));
         let lcm = x / gcd(x, y) * y;
         let lcm = [lcm, lcm / x, lcm / y];
         let small = match view.camera.projection {
-            Projection::Orthographic => small::Frame::new(&axes, field.roots(), view, lcm, exponent),
+            Projection::Orthographic => {
+                small::Frame::new(&axes, field.roots(), view, lcm, exponent)
+            }
             Projection::Perspective => None,
         };
         Self { view: *view, bounds, axes, field, small, scale, slack, lcm }
@@ -173,7 +186,8 @@ impl Truth {
         &self.axes
     }
 
-    /// World lengths times this power of two are the lengths of view space; 1 unless the scene is extreme.
+    /// World lengths times this power of two are the lengths of view space; 1 unless the scene is
+    /// extreme.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -266,7 +280,8 @@ impl Pixel<'_> {
                 if same_radius && s == t && frame.symmetrical(self.odd, one.ball, other.ball)? {
                     return Some(0);
                 }
-                let (one, other) = (frame.site(self.odd, one.ball)?, frame.site(self.odd, other.ball)?);
+                let (one, other) =
+                    (frame.site(self.odd, one.ball)?, frame.site(self.odd, other.ball)?);
                 small::order(&one, s, &other, t, same_radius)
             },
             || (self.y(one) - self.y(other)).sign(),
@@ -274,13 +289,20 @@ impl Pixel<'_> {
                 let exponent = self.truth.exponent([one.ball, other.ball]);
                 let one = self.truth.site(self.odd, one.ball, exponent);
                 let other = self.truth.site(self.odd, other.ball, exponent);
-                self.truth.field.sign_with_roots(&one.beta.minus(&other.beta), s, &one.q, t, &other.q)
+                self.truth.field.sign_with_roots(
+                    &one.beta.minus(&other.beta),
+                    s,
+                    &one.q,
+                    t,
+                    &other.q,
+                )
             },
         );
         sign.cmp(&0)
     }
 
-    /// Bounds of `t |dir|^2` of a hit in view lengths, where `dir` has depth 1 (`|dir| = 1` for parallel rays).
+    /// Bounds of `t |dir|^2` of a hit in view lengths, where `dir` has depth 1 (`|dir| = 1` for
+    /// parallel rays).
     pub fn interval(&self, hit: &Hit) -> [f64; 2] {
         self.y(hit).bounds()
     }
@@ -301,7 +323,11 @@ impl Pixel<'_> {
     }
 
     /// The nearest of some spheres, by index; at equal depth the lowest index.
-    pub fn nearest(&self, balls: impl IntoIterator<Item = (u32, Ball)>, tally: &mut Tally) -> Option<u32> {
+    pub fn nearest(
+        &self,
+        balls: impl IntoIterator<Item = (u32, Ball)>,
+        tally: &mut Tally,
+    ) -> Option<u32> {
         let mut best: Option<(u32, Hit)> = None;
         for (index, ball) in balls {
             let Some(hit) = self.hit(ball, tally) else { continue };
@@ -320,13 +346,14 @@ impl Pixel<'_> {
         best.map(|(index, _)| index)
     }
 
-    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it, or as f64 are where that is subnormal; exactly 0 where
-    /// it is 0, infinite where no f64 is as large.
+    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it, or as f64 are where
+    /// that is subnormal; exactly 0 where it is 0, infinite where no f64 is as large.
     pub fn distance(&self, hit: &Hit) -> f64 {
         self.measure(hit).to_f64()
     }
 
-    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it, whatever its exponent; exactly 0 where it is 0.
+    /// The distance `t` of a hit, within [`DISTANCE_ERROR`] as a part of it, whatever its exponent;
+    /// exactly 0 where it is 0.
     pub fn measure(&self, hit: &Hit) -> Distance {
         let y = self.y(hit);
         if y.is_within(0.25 * DISTANCE_ERROR) {
@@ -342,28 +369,37 @@ impl Pixel<'_> {
         by_product.unwrap_or_else(|| self.distance_by_integers(hit))
     }
 
-    /// Certain bounds of the distance `t` of a hit, from 100 bits: they cost little and are wide where nearly everything cancels. The
-    /// upper one may be infinite.
+    /// Certain bounds of the distance `t` of a hit, from 100 bits: they cost little and are wide
+    /// where nearly everything cancels. The upper one may be infinite.
     pub fn rough_bounds(&self, hit: &Hit) -> [f64; 2] {
         let (y, Sample { a, .. }) = (self.y(hit), self.sample());
         let ([low, high], [least, most]) = (y.bounds(), a.bounds());
         if !(low.is_finite() && high.is_finite() && least >= 0.5 && most.is_finite()) {
             return [0.0, f64::INFINITY];
         }
-        // No hit lies before the camera. A quotient is rounded once, and then no end is off by more than `bounds` takes off.
+        // No hit lies before the camera. A quotient is rounded once, and then no end is off by more
+        // than `bounds` takes off.
         let end = |y: f64, a: f64| {
-            Distance::exact(y.max(0.0)).over(Distance::exact(a)).times_two_to(-self.truth.scale_exponent()).bounds()
+            Distance::exact(y.max(0.0))
+                .over(Distance::exact(a))
+                .times_two_to(-self.truth.scale_exponent())
+                .bounds()
         };
         [end(low, most)[0], end(high, least)[1]]
     }
 
-    /// Perspective: the product of both roots is `(|f|^2 - r^2) / |dir|^2`, which is an exact number over `a`, so that the
-    /// root that cancels follows from the one that does not. Nothing if neither is certain.
+    /// Perspective: the product of both roots is `(|f|^2 - r^2) / |dir|^2`, which is an exact
+    /// number over `a`, so that the root that cancels follows from the one that does not. Nothing
+    /// if neither is certain.
     fn distance_by_product(&self, hit: &Hit) -> Option<Distance> {
         let (truth, ball) = (self.truth, hit.ball);
         let origin = truth.view.camera.origin;
-        let exponent = least_exponent(ball.center.to_array().into_iter().chain(origin.to_array()).chain([ball.radius]));
-        let f: [IBig; 3] = std::array::from_fn(|k| integer(ball.center[k], exponent) - integer(origin[k], exponent));
+        let exponent = least_exponent(
+            ball.center.to_array().into_iter().chain(origin.to_array()).chain([ball.radius]),
+        );
+        let f: [IBig; 3] = std::array::from_fn(|k| {
+            integer(ball.center[k], exponent) - integer(origin[k], exponent)
+        });
         let r = integer(ball.radius, exponent);
         let product = dot(&f, &f) - &r * &r;
         let (beta, q) = self.bounded(ball);
@@ -409,13 +445,15 @@ impl Pixel<'_> {
                 (&middle - &error, middle + error)
             };
             let ((beta_low, beta_high), (q_low, q_high)) = (value(&site.beta), value(&site.q));
-            let (root_low, root_high) = (floor_root(&(q_low << bits)), floor_root(&(q_high << bits)) + IBig::ONE);
+            let (root_low, root_high) =
+                (floor_root(&(q_low << bits)), floor_root(&(q_high << bits)) + IBig::ONE);
             let (low, high) = match hit.root {
                 Root::Near => (beta_low - root_high, beta_high - root_low),
                 Root::Far => (beta_low + root_low, beta_high + root_high),
             };
             if sign_of(&low) > 0 && &high - &low <= (&low >> 48) {
-                // t = y P / (a' sqrt(A B)), in units of 2^exponent / (2 lcm). Either of the two may be thousands of bits the longer.
+                // t = y P / (a' sqrt(A B)), in units of 2^exponent / (2 lcm). Either of the two may
+                // be thousands of bits the longer.
                 let numerator = low * &site.p;
                 let denominator = &site.a * root_ab * IBig::from(2 * truth.lcm[0]);
                 return Distance::leading(&numerator)
@@ -426,7 +464,8 @@ impl Pixel<'_> {
         }
     }
 
-    /// `beta` and `q` of the view space, over `sqrt(A B)` and its square: `t = (beta -+ sqrt q) / a`.
+    /// `beta` and `q` of the view space, over `sqrt(A B)` and its square: `t = (beta -+ sqrt q) /
+    /// a`.
     fn bounded(&self, ball: Ball) -> (Bounded, Bounded) {
         let truth = self.truth;
         let origin = truth.view.camera.origin;
@@ -469,7 +508,8 @@ impl Pixel<'_> {
             },
             || {
                 let scaled = distance * self.truth.scale;
-                // A far plane beyond the numbers of the scene may overflow when scaled: then 100 bits cannot tell.
+                // A far plane beyond the numbers of the scene may overflow when scaled: then 100
+                // bits cannot tell.
                 if !(scaled.is_finite() && scaled.abs() < 1e200) {
                     return None;
                 }
@@ -485,7 +525,8 @@ impl Pixel<'_> {
                 let site = numbers.big();
                 let plane = self.truth.length(distance, exponent);
                 // P y - plane a' sqrt(A B), see `Site`.
-                let edge = self.truth.field.element([IBig::ZERO, IBig::ZERO, IBig::ZERO, plane * &site.a]);
+                let edge =
+                    self.truth.field.element([IBig::ZERO, IBig::ZERO, IBig::ZERO, plane * &site.a]);
                 let beta = site.beta.times_integer(&site.p).minus(&edge);
                 let q = site.q.times_integer(&(&site.p * &site.p));
                 self.truth.field.sign_with_root(&beta, root.sign(), &q)
@@ -521,8 +562,9 @@ impl Tally {
 
 /// `y = beta -+ sqrt q` of a sphere at a pixel in exact numbers.
 ///
-/// Lengths are integers in units of `2^exponent / (2 lcm)`. The perspective ray is `dir' = P dir`, so that its components
-/// are integers too; then `y / (a' sqrt(A B)) = t / P` with `a' = P^2 |dir|^2`. Orthographic: `P = a' = 1`.
+/// Lengths are integers in units of `2^exponent / (2 lcm)`. The perspective ray is `dir' = P dir`,
+/// so that its components are integers too; then `y / (a' sqrt(A B)) = t / P` with `a' = P^2
+/// |dir|^2`. Orthographic: `P = a' = 1`.
 struct Site {
     beta: Element,
     q: Element,
@@ -565,7 +607,8 @@ impl Truth {
         let View { camera, pitch_x, pitch_y, .. } = &self.view;
         let spheres = balls.iter().flat_map(|b| b.center.to_array().into_iter().chain([b.radius]));
         let far = if camera.far.is_finite() { camera.far } else { 0.0 };
-        let mut least = least_exponent(spheres.chain(camera.origin.to_array()).chain([camera.near, far]));
+        let mut least =
+            least_exponent(spheres.chain(camera.origin.to_array()).chain([camera.near, far]));
         if camera.projection == Projection::Orthographic {
             least = least.min(least_exponent([pitch_x.length, pitch_y.length]));
         }
@@ -581,23 +624,31 @@ impl Truth {
         let Axes { d, e, g, a, b, .. } = &self.axes;
         let View { camera, pitch_x, pitch_y, .. } = &self.view;
         let f: [IBig; 3] = std::array::from_fn(|k| {
-            (integer(ball.center[k], exponent) - integer(camera.origin[k], exponent)) * IBig::from(2 * self.lcm[0])
+            (integer(ball.center[k], exponent) - integer(camera.origin[k], exponent))
+                * IBig::from(2 * self.lcm[0])
         });
         let r = self.length(ball.radius, exponent);
         let (fd, fe, fg) = (dot(&f, d), dot(&f, e), dot(&f, g));
         let ab = a * b;
         let two = IBig::from(2);
         let sample = |k: usize, pitch: &Pitch, exponent: i32| {
-            integer(pitch.length, exponent) * IBig::from(i128::from(odd[k]) * i128::from(self.lcm[k + 1]))
+            integer(pitch.length, exponent)
+                * IBig::from(i128::from(odd[k]) * i128::from(self.lcm[k + 1]))
         };
         match camera.projection {
             Projection::Orthographic => {
                 let (sx, sy) = (sample(0, pitch_x, exponent), sample(1, pitch_y, exponent));
                 let rest = &r * &r - &sx * &sx - &sy * &sy - dot(&f, &f);
-                let q = [rest * &ab + b * (&fd * &fd), IBig::ZERO, &two * sx * fe * a, two * sy * fg];
+                let q =
+                    [rest * &ab + b * (&fd * &fd), IBig::ZERO, &two * sx * fe * a, two * sy * fg];
                 let beta = [IBig::ZERO, IBig::ZERO, fd, IBig::ZERO];
                 let one = IBig::ONE;
-                Site { beta: self.field.element(beta), q: self.field.element(q), a: one.clone(), p: one }
+                Site {
+                    beta: self.field.element(beta),
+                    q: self.field.element(q),
+                    a: one.clone(),
+                    p: one,
+                }
             }
             Projection::Perspective => {
                 let exponent = least_exponent([pitch_x.length, pitch_y.length]).min(0);
@@ -618,13 +669,23 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, ImageSize, ScreenSize};
 
-    /// Orders of a lattice's spheres against integers of any size, for axes of every kind; ties by symmetry need none.
+    /// Orders of a lattice's spheres against integers of any size, for axes of every kind; ties by
+    /// symmetry need none.
     #[test]
     fn orders_on_lattices() {
         let image = ImageSize { width: 33, height: 33 };
         let (mut all_ties, mut tally) = (0, Tally::default());
-        for view in [[1, 0, 0], [3, 4, 0], [1, 1, 0], [2, 1, 0], [1, 1, 1], [4, 0, 3], [2, 1, 2], [1, 2, 5], [0, 1, 2]]
-        {
+        for view in [
+            [1, 0, 0],
+            [3, 4, 0],
+            [1, 1, 0],
+            [2, 1, 0],
+            [1, 1, 1],
+            [4, 0, 3],
+            [2, 1, 2],
+            [1, 2, 5],
+            [0, 1, 2],
+        ] {
             let d = DVec3::from_array(view.map(f64::from));
             // From far away, and from inside spheres that are symmetrical about the camera's plane.
             for origin in [-16.0 * d, 0.5 * d] {
@@ -639,22 +700,33 @@ mod tests {
                 };
                 let truth = Truth::new(&view, bounds);
                 let (mut ties, mut signs) = (0u64, 0u64);
-                let centers: Vec<DVec3> =
-                    (0..125).map(|k| DVec3::new(k as f64 % 5.0, (k / 5) as f64 % 5.0, (k / 25) as f64) - 2.0).collect();
+                let centers: Vec<DVec3> = (0..125)
+                    .map(|k| {
+                        DVec3::new(k as f64 % 5.0, (k / 5) as f64 % 5.0, (k / 25) as f64) - 2.0
+                    })
+                    .collect();
                 for row in (0..33).step_by(2) {
                     for column in (0..33).step_by(2) {
                         let pixel = truth.pixel(column, row);
                         let hits: Vec<Hit> = centers
                             .iter()
-                            .filter_map(|&center| pixel.hit(Ball { center, radius: 0.75 }, &mut Tally::default()))
+                            .filter_map(|&center| {
+                                pixel.hit(Ball { center, radius: 0.75 }, &mut Tally::default())
+                            })
                             .collect();
                         let pairs = (0..hits.len()).flat_map(|k| (0..k).map(move |l| [k, l]));
                         for pair in pairs.map(|pair| pair.map(|k| &hits[k])) {
                             let exponent = truth.exponent([pair[0].ball, pair[1].ball]);
-                            let [one, other] = [0, 1].map(|k| truth.site(pixel.odd, pair[k].ball, exponent));
+                            let [one, other] =
+                                [0, 1].map(|k| truth.site(pixel.odd, pair[k].ball, exponent));
                             let [s, t] = pair.map(|hit| hit.root.sign());
-                            let want =
-                                truth.field.sign_with_roots(&one.beta.minus(&other.beta), s, &one.q, t, &other.q);
+                            let want = truth.field.sign_with_roots(
+                                &one.beta.minus(&other.beta),
+                                s,
+                                &one.q,
+                                t,
+                                &other.q,
+                            );
                             let got = pixel.order(pair[0], pair[1], &mut tally);
                             assert_eq!(
                                 got,
@@ -668,7 +740,10 @@ mod tests {
                         }
                     }
                 }
-                println!("along {d}: {signs} orders, {ties} ties, {} by big integers so far", tally.big);
+                println!(
+                    "along {d}: {signs} orders, {ties} ties, {} by big integers so far",
+                    tally.big
+                );
                 all_ties += ties;
             }
         }

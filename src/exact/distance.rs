@@ -1,5 +1,5 @@
-//! Distances on their way from exact numbers to f64: quotients that keep their own exponent, so that no step on the way leaves the
-//! range of f64, whatever the exponents of a scene.
+//! Distances on their way from exact numbers to f64: quotients that keep their own exponent, so
+//! that no step on the way leaves the range of f64, whatever the exponents of a scene.
 
 use dashu_int::{
     IBig,
@@ -31,13 +31,15 @@ impl Distance {
             return Self::ZERO;
         }
         // Subnormal numbers become normal first; a power of two rounds nothing here.
-        let (value, lifted) = if value.is_normal() { (value, 0) } else { (value * two_to(100), 100) };
+        let (value, lifted) =
+            if value.is_normal() { (value, 0) } else { (value * two_to(100), 100) };
         let bits = value.to_bits();
         let mantissa = f64::from_bits(bits & !(0x7ff << 52) | 1023 << 52);
         Self { mantissa, exponent: (bits >> 52 & 0x7ff) as i64 - 1023 - lifted }
     }
 
-    /// An integer of any size: its first 64 bits, cut off and rounded once. Within `2^-63 + 2^-53` of it, as a part of it.
+    /// An integer of any size: its first 64 bits, cut off and rounded once. Within `2^-63 + 2^-53`
+    /// of it, as a part of it.
     pub fn leading(value: &IBig) -> Self {
         let drop = value.bit_len().saturating_sub(64);
         let leading = (value.clone().abs() >> drop).to_f64().value();
@@ -55,23 +57,28 @@ impl Distance {
         if self.mantissa == 0.0 { self } else { Self { exponent: self.exponent + power, ..self } }
     }
 
-    /// The nearest f64: rounded once where that is subnormal, and not at all elsewhere; infinite from 2^1024 on.
+    /// The nearest f64: rounded once where that is subnormal, and not at all elsewhere; infinite
+    /// from 2^1024 on.
     pub fn to_f64(self) -> f64 {
         match self.exponent {
             1024.. => self.mantissa * f64::INFINITY,
             -1022..1024 => self.mantissa * two_to(self.exponent),
-            // The first product is normal and exact, so that the second rounds alone. Below 2^-1075 it gives 0.
+            // The first product is normal and exact, so that the second rounds alone. Below 2^-1075
+            // it gives 0.
             -1080..-1022 => self.mantissa * two_to(-1022) * two_to(self.exponent + 1022),
             _ => 0.0,
         }
     }
 
-    /// Bounds of every number `x >= 0` of which this is within [`DISTANCE_ERROR`], as a part of `x`; of 0, which is exact, both are 0.
+    /// Bounds of every number `x >= 0` of which this is within [`DISTANCE_ERROR`], as a part of
+    /// `x`; of 0, which is exact, both are 0.
     ///
-    /// With `E` for that error, `u` for 2^-53 and `l` for the least positive f64: this is at most `x (1 + E)`, as f64 at most
-    /// `x (1 + E) + l / 2`, and times `1 - 2 E` at most `x (1 - E) + l / 2`. The product rounds by `u` of it or by `l / 2`, so that
-    /// it is at most `x + l`, and `2 l` less, which rounds by `u` at most or not at all, is at most `x`. The other side likewise. From
-    /// 2^1024 on nothing is rounded, and `x >= 2^1024 / (1 + E)`. The bounds are apart by at most `5 E` of `x` and `6 l`.
+    /// With `E` for that error, `u` for 2^-53 and `l` for the least positive f64: this is at most
+    /// `x (1 + E)`, as f64 at most `x (1 + E) + l / 2`, and times `1 - 2 E` at most `x (1 - E) + l
+    /// / 2`. The product rounds by `u` of it or by `l / 2`, so that it is at most `x + l`, and `2
+    /// l` less, which rounds by `u` at most or not at all, is at most `x`. The other side likewise.
+    /// From 2^1024 on nothing is rounded, and `x >= 2^1024 / (1 + E)`. The bounds are apart by at
+    /// most `5 E` of `x` and `6 l`.
     pub fn bounds(self) -> [f64; 2] {
         if self.mantissa == 0.0 {
             return [0.0; 2];
@@ -124,7 +131,8 @@ mod tests {
         let mut worst = 0.0f64;
         for round in 0..20_000 {
             let long = |state: &mut u64, bits: u64| -> IBig {
-                let words = (0..1 + bits / 64).fold(IBig::ONE, |x, _| (x << 64) + IBig::from(random(state)));
+                let words = (0..1 + bits / 64)
+                    .fold(IBig::ONE, |x, _| (x << 64) + IBig::from(random(state)));
                 words >> (random(state) % 64) as usize
             };
             let lengths = [random(&mut state) % 3000, random(&mut state) % 3000];
@@ -133,7 +141,8 @@ mod tests {
             let quotient = Distance::leading(&a).over(Distance::leading(&b));
             // a / b and the quotient, times 2^4000 b.
             let off = whole(quotient) * &b - (&a << 4000);
-            let part = Distance::leading(&off).over(Distance::leading(&(&a << 4000))).to_f64().abs();
+            let part =
+                Distance::leading(&off).over(Distance::leading(&(&a << 4000))).to_f64().abs();
             assert!(part <= 4.0 * (f64::EPSILON / 2.0), "{part:e}");
             worst = worst.max(part);
         }
@@ -151,16 +160,31 @@ mod tests {
                 let x = Distance { mantissa, exponent };
                 for off in [-1.0, -0.5, 0.0, 0.5, 1.0] {
                     // Within the error of x, and exactly.
-                    let near = Distance::exact(mantissa * (1.0 + off * DISTANCE_ERROR * 0.999)).times_two_to(exponent);
+                    let near = Distance::exact(mantissa * (1.0 + off * DISTANCE_ERROR * 0.999))
+                        .times_two_to(exponent);
                     let [low, high] = near.bounds();
-                    let end = |end: f64| if end.is_finite() { whole(Distance::exact(end)) } else { IBig::ONE << 6000 };
-                    assert!(end(low) <= whole(x) && whole(x) <= end(high), "{x:?}: {low:e} to {high:e}");
+                    let end = |end: f64| {
+                        if end.is_finite() {
+                            whole(Distance::exact(end))
+                        } else {
+                            IBig::ONE << 6000
+                        }
+                    };
+                    assert!(
+                        end(low) <= whole(x) && whole(x) <= end(high),
+                        "{x:?}: {low:e} to {high:e}"
+                    );
                     assert!(low.is_finite() && low >= 0.0);
                     if high < f64::INFINITY {
                         let value = x.to_f64();
-                        assert!(high - low <= 5.0 * DISTANCE_ERROR * value + 6.0 * LEAST, "{x:?}: {low:e} to {high:e}");
+                        assert!(
+                            high - low <= 5.0 * DISTANCE_ERROR * value + 6.0 * LEAST,
+                            "{x:?}: {low:e} to {high:e}"
+                        );
                         // How much of the way to each end is taken.
-                        worst[0] = worst[0].max((value - low) / (high - low)).max((high - value) / (high - low));
+                        worst[0] = worst[0]
+                            .max((value - low) / (high - low))
+                            .max((high - value) / (high - low));
                         if exponent < -1074 {
                             worst[1] = worst[1].max(high / LEAST);
                         }

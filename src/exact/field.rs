@@ -1,9 +1,11 @@
-//! Exact numbers `x0 + x1 sqrt A + x2 sqrt B + x3 sqrt(A B)` with integer coefficients, and their signs.
+//! Exact numbers `x0 + x1 sqrt A + x2 sqrt B + x3 sqrt(A B)` with integer coefficients, and their
+//! signs.
 //!
-//! The squared lengths `A` and `B` belong to the camera's axes ([`super::axes`]). Where one is a perfect square its root is
-//! an integer and is folded away at once, so that axis-aligned cameras compute in plain integers. Signs are decided by
-//! squaring: `sign(x + y sqrt Q)` is the common sign of the terms, or else the sign of `x` times that of `x^2 - y^2 Q`.
-//! This holds whether or not the roots are independent.
+//! The squared lengths `A` and `B` belong to the camera's axes ([`super::axes`]). Where one is a
+//! perfect square its root is an integer and is folded away at once, so that axis-aligned cameras
+//! compute in plain integers. Signs are decided by squaring: `sign(x + y sqrt Q)` is the common
+//! sign of the terms, or else the sign of `x` times that of `x^2 - y^2 Q`. This holds whether or
+//! not the roots are independent.
 
 use dashu_int::{IBig, Sign, UBig, ops::SquareRoot};
 
@@ -46,7 +48,8 @@ pub fn sign_of(value: &IBig) -> i32 {
     }
 }
 
-/// The sign of `x + y sqrt Q`, given the signs of `x` and `y sqrt Q` and how to get that of `x^2 - y^2 Q`.
+/// The sign of `x + y sqrt Q`, given the signs of `x` and `y sqrt Q` and how to get that of `x^2 -
+/// y^2 Q`.
 fn sign_of_sum(x: i32, root_term: i32, squares: impl FnOnce() -> i32) -> i32 {
     if x == 0 || x == root_term {
         root_term
@@ -168,7 +171,8 @@ mod tests {
         values.map(IBig::from)
     }
 
-    /// All small elements of several fields against f64, and where f64 is in doubt against independent identities.
+    /// All small elements of several fields against f64, and where f64 is in doubt against
+    /// independent identities.
     #[test]
     fn signs_are_right_on_all_small_elements() {
         for (a, b) in [(2, 3), (4, 3), (2, 9), (1, 1), (2, 8), (5, 20), (6, 6)] {
@@ -180,8 +184,10 @@ mod tests {
                     for x2 in range.clone() {
                         for x3 in range.clone() {
                             let x = field.element(big([x0, x1, x2, x3]));
-                            let value = x0 as f64 + x1 as f64 * ra + x2 as f64 * rb + x3 as f64 * ra * rb;
-                            // Elements this small are zero or at least 1e-5 in size: norms are integers.
+                            let value =
+                                x0 as f64 + x1 as f64 * ra + x2 as f64 * rb + x3 as f64 * ra * rb;
+                            // Elements this small are zero or at least 1e-5 in size: norms are
+                            // integers.
                             let want = if value.abs() < 1e-9 { 0 } else { value.signum() as i32 };
                             assert_eq!(field.sign(&x), want, "{x0} {x1} {x2} {x3} over {a} {b}");
                         }
@@ -211,9 +217,11 @@ mod tests {
             for q in 0..16 {
                 for p in 0..16 {
                     for (s, t) in [(1, 1), (1, -1), (-1, 1), (-1, -1)] {
-                        let value = x as f64 + s as f64 * (q as f64).sqrt() - t as f64 * (p as f64).sqrt();
+                        let value =
+                            x as f64 + s as f64 * (q as f64).sqrt() - t as f64 * (p as f64).sqrt();
                         let want = if value.abs() < 1e-9 { 0 } else { value.signum() as i32 };
-                        let got = field.sign_with_roots(&element(x), s, &element(q), t, &element(p));
+                        let got =
+                            field.sign_with_roots(&element(x), s, &element(q), t, &element(p));
                         assert_eq!(got, want, "{x} {s} sqrt {q} - {t} sqrt {p}");
                     }
                 }

@@ -1,8 +1,10 @@
-//! Decisions in 128-bit integers: for orthographic cameras and short numbers, as lattices have them.
+//! Decisions in 128-bit integers: for orthographic cameras and short numbers, as lattices have
+//! them.
 //!
-//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. Where these are not, ties by symmetry are told
-//! all the same. What does not fit, by a limit on lengths or a check, gives `None`, and the caller goes on with other
-//! arithmetic. Only the last comparison needs 256 bits.
+//! The formulas are those of [`super::decide`] with `sqrt A` and `sqrt B` integers. Where these are
+//! not, ties by symmetry are told all the same. What does not fit, by a limit on lengths or a
+//! check, gives `None`, and the caller goes on with other arithmetic. Only the last comparison
+//! needs 256 bits.
 
 use dashu_int::IBig;
 
@@ -48,7 +50,8 @@ pub struct Site {
 /// The sign of `y_1 - y_2` for the roots `s` and `t` (-1 or 1) of two spheres.
 pub fn order(one: &Site, s: i32, other: &Site, t: i32, same_radius: bool) -> Option<i32> {
     if same_radius && s == t && one.beta == other.beta {
-        // s (sqrt q_1 - sqrt q_2), and the radius drops out: the true ties of lattices, whatever the radius.
+        // s (sqrt q_1 - sqrt q_2), and the radius drops out: the true ties of lattices, whatever
+        // the radius.
         return Some(s * sign(one.apart.checked_sub(other.apart)?));
     }
     sign_with_roots(one.beta.checked_sub(other.beta)?, s, one.q?, t, other.q?)
@@ -63,9 +66,15 @@ fn square(value: i64) -> i128 {
 }
 
 impl Frame {
-    /// If everything fits; `roots` are those of `A` and `B` that are integers, `lcm` as in [`super::decide::Truth`], `largest` the
-    /// exponent of the largest length.
-    pub fn new(axes: &axes::Axes, roots: [Option<&IBig>; 2], view: &View, lcm: [u64; 3], largest: i32) -> Option<Self> {
+    /// If everything fits; `roots` are those of `A` and `B` that are integers, `lcm` as in
+    /// [`super::decide::Truth`], `largest` the exponent of the largest length.
+    pub fn new(
+        axes: &axes::Axes,
+        roots: [Option<&IBig>; 2],
+        view: &View,
+        lcm: [u64; 3],
+        largest: i32,
+    ) -> Option<Self> {
         let number = |value: &IBig| i64::try_from(value.clone()).ok();
         let vector = |v: &axes::Vector| Some([number(&v[0])?, number(&v[1])?, number(&v[2])?]);
         let (d, e, g) = (vector(&axes.d)?, vector(&axes.e)?, vector(&axes.g)?);
@@ -74,8 +83,9 @@ impl Frame {
         let root_ab = product.isqrt();
         let [root_a, root_b] = roots.map(|root| root.and_then(number).map(i128::from));
         let roots = [root_a, root_b, (root_ab * root_ab == product).then_some(root_ab)];
-        // With lengths below 2^f and components below 2^c, dot products are below 2^(f + c + 2): within an i64. The terms of
-        // `site` are below A B 2^(2 f + 2 c + 5) and there are fewer than eight.
+        // With lengths below 2^f and components below 2^c, dot products are below 2^(f + c + 2):
+        // within an i64. The terms of `site` are below A B 2^(2 f + 2 c + 5) and there are fewer
+        // than eight.
         let bits = |value: i64| 64 - value.unsigned_abs().leading_zeros() as i32;
         let component = d.into_iter().chain(e).chain(g).map(bits).max()?;
         let length = (60 - component).min((118 - 2 * component - bits(a) - bits(b)) / 2);
@@ -99,7 +109,8 @@ impl Frame {
             frame.origin[k] = frame.integer(coordinate)?;
         }
         for (k, length) in [view.pitch_x.length, view.pitch_y.length].into_iter().enumerate() {
-            frame.half_pixel[k] = frame.integer(length)?.checked_mul(i64::try_from(lcm[k + 1]).ok()?)?;
+            frame.half_pixel[k] =
+                frame.integer(length)?.checked_mul(i64::try_from(lcm[k + 1]).ok()?)?;
         }
         Some(frame)
     }
@@ -109,7 +120,8 @@ impl Frame {
         // A power of two: exact, unless it underflows, and then it is not an integer either.
         let units = value * self.per_unit;
         let whole = units as i64;
-        (whole as f64 == units && units.abs() < 9.0e15 && (whole != 0 || value == 0.0)).then_some(whole)
+        (whole as f64 == units && units.abs() < 9.0e15 && (whole != 0 || value == 0.0))
+            .then_some(whole)
     }
 
     /// A product of lengths' parts that keeps below the limit.
@@ -131,13 +143,15 @@ impl Frame {
 
     /// A centre relative to the camera, and the sample point `odd` half pixels from the middle.
     fn place(&self, odd: [i32; 2], ball: Ball) -> Option<([i64; 3], [i64; 2])> {
-        let component = |k: usize| self.within(self.integer(ball.center[k])? - self.origin[k], self.parts);
+        let component =
+            |k: usize| self.within(self.integer(ball.center[k])? - self.origin[k], self.parts);
         let f = [component(0)?, component(1)?, component(2)?];
         let sample = |k: usize| self.within(self.half_pixel[k], odd[k].into());
         Some((f, [sample(0)?, sample(1)?]))
     }
 
-    /// A sphere at the pixel whose sample point is `odd` half pixels from the middle, where all roots are integers.
+    /// A sphere at the pixel whose sample point is `odd` half pixels from the middle, where all
+    /// roots are integers.
     pub fn site(&self, odd: [i32; 2], ball: Ball) -> Option<Site> {
         let [_, root_b, root_ab] = self.rational()?;
         let (f, [sx, sy]) = self.place(odd, ball)?;
@@ -151,8 +165,9 @@ impl Frame {
         Some(Site { beta: i128::from(fd) * root_b, apart, q })
     }
 
-    /// Whether two spheres of one radius are symmetrical about the ray's plane or the like, and so equally deep at a pixel: `beta` and `q`
-    /// are equal. True ties of lattices are told by this whatever the axes.
+    /// Whether two spheres of one radius are symmetrical about the ray's plane or the like, and so
+    /// equally deep at a pixel: `beta` and `q` are equal. True ties of lattices are told by this
+    /// whatever the axes.
     pub fn symmetrical(&self, odd: [i32; 2], one: Ball, other: Ball) -> Option<bool> {
         let ((f, [sx, sy]), (h, _)) = (self.place(odd, one)?, self.place(odd, other)?);
         if dot(f, self.d) != dot(h, self.d) {
@@ -163,7 +178,8 @@ impl Frame {
         let p = self.a * self.b * (apart(f) - apart(h));
         let x = 2 * i128::from(sx) * i128::from(dot(f, self.e) - dot(h, self.e)) * self.a;
         let y = 2 * i128::from(sy) * i128::from(dot(f, self.g) - dot(h, self.g));
-        // Roots that are not integers are independent of 1, and those of B and A B of each other unless that of A is an integer.
+        // Roots that are not integers are independent of 1, and those of B and A B of each other
+        // unless that of A is an integer.
         Some(match self.roots {
             [_, Some(root_b), Some(root_ab)] => x * root_b + y * root_ab == p,
             [_, Some(root_b), None] => x * root_b == p && y == 0,
@@ -222,7 +238,8 @@ pub fn sign_with_roots(x: i128, s: i32, q: i128, t: i32, p: i128) -> Option<i32>
     } else if root == 0 {
         sign(rest)
     } else {
-        let product = wide_product(q.unsigned_abs().checked_mul(2)?, p.unsigned_abs().checked_mul(2)?);
+        let product =
+            wide_product(q.unsigned_abs().checked_mul(2)?, p.unsigned_abs().checked_mul(2)?);
         let square = wide_product(rest.unsigned_abs(), rest.unsigned_abs());
         sign(rest) * square.cmp(&product) as i32
     };
@@ -245,7 +262,11 @@ mod tests {
                     for p in 0..16 {
                         for t in [-1, 1] {
                             let value = value(s) - f64::from(t) * (p as f64).sqrt();
-                            assert_eq!(sign_with_roots(x, s, q, t, p), Some(want(value)), "{x} {s} {q} {t} {p}");
+                            assert_eq!(
+                                sign_with_roots(x, s, q, t, p),
+                                Some(want(value)),
+                                "{x} {s} {q} {t} {p}"
+                            );
                         }
                     }
                 }
@@ -260,7 +281,8 @@ mod tests {
         let mut random = |bits: u32| {
             let mut value = 0i128;
             for _ in 0..2 {
-                state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+                state =
+                    state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
                 value = value << 64 | i128::from(state ^ state >> 29);
             }
             (value & i128::MAX) >> (127 - bits)
@@ -276,7 +298,10 @@ mod tests {
                 let element = |v: i128| Element::integer(IBig::from(v));
                 if let Some(got) = sign_with_roots(x, s, q, t, p) {
                     told += 1;
-                    assert_eq!(got, field.sign_with_roots(&element(x), s, &element(q), t, &element(p)));
+                    assert_eq!(
+                        got,
+                        field.sign_with_roots(&element(x), s, &element(q), t, &element(p))
+                    );
                 }
                 if let Some(got) = sign_with_root(x, s, q) {
                     assert_eq!(got, field.sign_with_root(&element(x), s, &element(q)));

@@ -1,4 +1,5 @@
-//! Deflate (RFC 1951) of rows of runs of pixels, which is what a flat picture of spheres consists of.
+//! Deflate (RFC 1951) of rows of runs of pixels, which is what a flat picture of spheres consists
+//! of.
 //!
 //! A general compressor searches for repetitions byte by byte. Here they are known: a run repeats
 //! its first pixel, and that pixel repeats the row above or the last run of its colour. The work is
@@ -68,7 +69,8 @@ impl Adler {
             start = run.end;
             let [_, red, green, blue] = run.color.to_be_bytes().map(u64::from);
             let sum = red + green + blue;
-            // After each byte `b` grows by `a`, and `a` is what it was before the pixel and its bytes.
+            // After each byte `b` grows by `a`, and `a` is what it was before the pixel and its
+            // bytes.
             b += n * (3 * a + 3 * red + 2 * green + blue) + 3 * sum * (n * n.saturating_sub(1) / 2);
             a += n * sum;
         }
@@ -247,8 +249,10 @@ impl Band {
         bits.put(0b100, 3);
         write_codes(&mut bits, &symbols.lengths, &distances.lengths);
         // Of all numbers of pixels (there is none of 0), and of the usual distances.
-        let lengths: [_; MOST + 1] = std::array::from_fn(|pixels| symbols.with(&length_code(3 * pixels.max(1))));
-        let [left, above] = [3, self.row_bytes.min(WINDOW)].map(|distance| distances.with(&distance_code(distance)));
+        let lengths: [_; MOST + 1] =
+            std::array::from_fn(|pixels| symbols.with(&length_code(3 * pixels.max(1))));
+        let [left, above] = [3, self.row_bytes.min(WINDOW)]
+            .map(|distance| distances.with(&distance_code(distance)));
         for Step(step) in self.steps {
             if step & Step::COPY != 0 {
                 let (length, count) = lengths[(step >> 16 & 0x7fff) as usize];
@@ -297,7 +301,9 @@ impl Alike {
     /// From a column on, in which the first runs of both lie.
     fn of(x: u32, runs: &[Run], above: &[Run]) -> Self {
         let (mut whole, mut end, mut rest) = (0, x, 0);
-        for (run, above) in runs.iter().zip(above).take_while(|(run, above)| run.color == above.color) {
+        for (run, above) in
+            runs.iter().zip(above).take_while(|(run, above)| run.color == above.color)
+        {
             end = run.end.min(above.end);
             rest = run.end - end;
             whole += usize::from(rest == 0);
@@ -385,11 +391,13 @@ impl Code {
     }
 }
 
-/// The lengths of Huffman's code. Where one is too long, all numbers are made more alike until none is.
+/// The lengths of Huffman's code. Where one is too long, all numbers are made more alike until none
+/// is.
 fn code_lengths(times: &[u32], most: u8) -> Vec<u8> {
     let mut lengths = vec![0; times.len()];
     let used = times.iter().zip(0..).filter(|(times, _)| **times > 0);
-    let mut leaves: Vec<(u64, usize)> = used.map(|(&times, symbol)| (u64::from(times), symbol)).collect();
+    let mut leaves: Vec<(u64, usize)> =
+        used.map(|(&times, symbol)| (u64::from(times), symbol)).collect();
     if leaves.len() <= 2 {
         leaves.iter().for_each(|&(_, symbol)| lengths[symbol] = 1);
         return lengths;
@@ -428,8 +436,10 @@ fn code_lengths(times: &[u32], most: u8) -> Vec<u8> {
 fn write_codes(bits: &mut Bits, symbols: &[u8], distances: &[u8]) {
     /// In this order the lengths of that third code are written.
     const ORDER: [usize; 19] = [16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15];
-    let used = |lengths: &[u8]| lengths.iter().rposition(|&length| length > 0).map_or(1, |last| last + 1);
-    let (symbols, distances) = (&symbols[..used(symbols).max(END + 1)], &distances[..used(distances)]);
+    let used =
+        |lengths: &[u8]| lengths.iter().rposition(|&length| length > 0).map_or(1, |last| last + 1);
+    let (symbols, distances) =
+        (&symbols[..used(symbols).max(END + 1)], &distances[..used(distances)]);
     let all = [symbols, distances].concat();
     // A length is its own symbol; 16 is the one before again, 17 and 18 are zeros.
     let mut steps = Vec::new();
@@ -454,7 +464,10 @@ fn write_codes(bits: &mut Bits, symbols: &[u8], distances: &[u8]) {
     let mut times = [0; ORDER.len()];
     steps.iter().for_each(|step| times[step.symbol] += 1);
     let code = Code::new(&times, 7);
-    let count = ORDER.iter().rposition(|&symbol| code.lengths[symbol] > 0).map_or(4, |last| 4.max(last + 1));
+    let count = ORDER
+        .iter()
+        .rposition(|&symbol| code.lengths[symbol] > 0)
+        .map_or(4, |last| 4.max(last + 1));
     bits.put((symbols.len() - END - 1) as u64, 5);
     bits.put((distances.len() - 1) as u64, 5);
     bits.put((count - 4) as u64, 4);
@@ -504,27 +517,34 @@ mod tests {
     /// The lengths that RFC 1951 (3.2.5) lists: symbol, bits after it, least length.
     #[test]
     fn lengths_and_distances_have_the_symbols_of_the_standard() {
-        let lengths = [(257, 0, 3), (264, 0, 10), (265, 1, 11), (268, 1, 17), (269, 2, 19), (273, 3, 35)];
+        let lengths =
+            [(257, 0, 3), (264, 0, 10), (265, 1, 11), (268, 1, 17), (269, 2, 19), (273, 3, 35)];
         let more = [(277, 4, 67), (281, 5, 131), (284, 5, 227), (285, 0, 258)];
         for (symbol, bits, least) in lengths.into_iter().chain(more) {
             let coded = length_code(least);
             assert_eq!((coded.symbol, coded.bits, coded.extra), (symbol, bits, 0), "{least}");
         }
         assert_eq!((length_code(257).symbol, length_code(257).extra), (284, 30));
-        let distances = [(0, 0, 1), (3, 0, 4), (4, 1, 5), (5, 1, 7), (6, 2, 9), (16, 7, 257), (29, 13, 24_577)];
+        let distances =
+            [(0, 0, 1), (3, 0, 4), (4, 1, 5), (5, 1, 7), (6, 2, 9), (16, 7, 257), (29, 13, 24_577)];
         for (symbol, bits, least) in distances {
             let coded = distance_code(least);
             assert_eq!((coded.symbol, coded.bits, coded.extra), (symbol, bits, 0), "{least}");
         }
-        assert_eq!((distance_code(WINDOW).symbol, distance_code(WINDOW).extra), (29, (1 << 13) - 1));
+        assert_eq!(
+            (distance_code(WINDOW).symbol, distance_code(WINDOW).extra),
+            (29, (1 << 13) - 1)
+        );
     }
 
     /// Numbers as Fibonacci's give the longest codes.
     #[test]
     fn codes_are_full_and_short_enough() {
-        let fibonacci = std::iter::successors(Some((1u32, 1u32)), |&(a, b)| Some((b, a + b))).map(|(a, _)| a);
+        let fibonacci =
+            std::iter::successors(Some((1u32, 1u32)), |&(a, b)| Some((b, a + b))).map(|(a, _)| a);
         for (symbols, most) in [(30, 15), (19, 7), (40, 15), (3, 7), (286, 15)] {
-            let times: Vec<u32> = fibonacci.clone().take(40).chain(std::iter::repeat(1)).take(symbols).collect();
+            let times: Vec<u32> =
+                fibonacci.clone().take(40).chain(std::iter::repeat(1)).take(symbols).collect();
             let lengths = code_lengths(&times, most);
             assert!(lengths.iter().all(|length| (1..=most).contains(length)), "{lengths:?}");
             let room: u32 = lengths.iter().map(|length| 1 << (15 - length)).sum();
@@ -536,8 +556,11 @@ mod tests {
 
     #[test]
     fn sums_of_runs_are_sums_of_bytes() {
-        let runs =
-            [Run { end: 1, color: 0xff_ffff }, Run { end: 30_000, color: 0x00_ff01 }, Run { end: 32_768, color: 7 }];
+        let runs = [
+            Run { end: 1, color: 0xff_ffff },
+            Run { end: 30_000, color: 0x00_ff01 },
+            Run { end: 32_768, color: 7 },
+        ];
         let mut bytes = vec![0];
         let mut start = 0;
         for run in runs {
@@ -555,8 +578,12 @@ mod tests {
         let mut two = one;
         two.row(&runs);
         let twice = [bytes.clone(), bytes.clone()].concat();
-        for (adler, bytes) in [(one, &bytes), (two, &twice), (one.then(one), &twice), (Adler::new().then(one), &bytes)]
-        {
+        for (adler, bytes) in [
+            (one, &bytes),
+            (two, &twice),
+            (one.then(one), &twice),
+            (Adler::new().then(one), &bytes),
+        ] {
             let (a, b) = of(bytes);
             assert_eq!(adler.bytes(), (b << 16 | a).to_be_bytes());
         }

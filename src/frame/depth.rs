@@ -1,12 +1,16 @@
-//! Distances of the hits that pixels were coloured from: the depth plane, and bounds for those who merge.
+//! Distances of the hits that pixels were coloured from: the depth plane, and bounds for those who
+//! merge.
 //!
-//! The filter's f64 bounds tell most: where both ends of the interval round to the same f32, that is the depth. Elsewhere
-//! [`crate::exact::decide`] says which wall of the sphere is seen, and its distance with at least 40 bits whatever cancels;
-//! what is left is the rounding to f32. So every depth is within 0.51 units in the last place of the exact one. Which way
-//! is taken depends on the sphere, the pixel and the extent of the scene alone: parts and regions give the bytes of the whole.
+//! The filter's f64 bounds tell most: where both ends of the interval round to the same f32, that
+//! is the depth. Elsewhere [`crate::exact::decide`] says which wall of the sphere is seen, and its
+//! distance with at least 40 bits whatever cancels; what is left is the rounding to f32. So every
+//! depth is within 0.51 units in the last place of the exact one. Which way is taken depends on the
+//! sphere, the pixel and the extent of the scene alone: parts and regions give the bytes of the
+//! whole.
 //!
-//! **Beyond f32.** Infinity is the background's and no hit's. A depth is the nearest *finite* f32: what lies beyond the largest
-//! is given as the largest. What lies nearer than half of the least positive f32 is given as 0.
+//! **Beyond f32.** Infinity is the background's and no hit's. A depth is the nearest *finite* f32:
+//! what lies beyond the largest is given as the largest. What lies nearer than half of the least
+//! positive f32 is given as 0.
 
 use rayon::prelude::*;
 
@@ -20,12 +24,17 @@ use crate::{
 
 use super::PlaneError;
 
-/// Distances along the view direction (contract: `t`) of the ids of a region of a view; +infinity where the id is -1.
-/// Distances beyond f32 are [`f32::MAX`]: a hit's is always finite.
+/// Distances along the view direction (contract: `t`) of the ids of a region of a view; +infinity
+/// where the id is -1. Distances beyond f32 are [`f32::MAX`]: a hit's is always finite.
 ///
-/// # Errors
-/// When the region of the view has no picture, or the ids are not those of this region of this view of the scene.
-pub fn depth_plane(scene: &Scene, view: &View, region: Region, ids: &[i32]) -> Result<Vec<f32>, PlaneError> {
+/// # Errors When the region of the view has no picture, or the ids are not those of this region of
+/// this view of the scene.
+pub fn depth_plane(
+    scene: &Scene,
+    view: &View,
+    region: Region,
+    ids: &[i32],
+) -> Result<Vec<f32>, PlaneError> {
     view.check(region)?;
     depths(scene, &Truth::new(view, scene.bounds()), region, ids)
 }
@@ -34,7 +43,12 @@ pub fn depth_plane(scene: &Scene, view: &View, region: Region, ids: &[i32]) -> R
 ///
 /// # Errors
 /// When the ids are not those of this region of this view of the scene.
-pub fn depths(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Result<Vec<f32>, PlaneError> {
+pub fn depths(
+    scene: &Scene,
+    truth: &Truth,
+    region: Region,
+    ids: &[i32],
+) -> Result<Vec<f32>, PlaneError> {
     plane(scene, truth, region, ids, f32::INFINITY, |bounds, pixel, ball| match bounds {
         Some([low, high]) if low as f32 == high as f32 => Some(nearest(low)),
         _ => Some(nearest(pixel.distance(&pixel.hit(ball, &mut Tally::default())?))),
@@ -48,13 +62,19 @@ fn nearest(distance: f64) -> f32 {
 
 /// Bounds of the distances of the ids of a region, infinite where the id is -1.
 ///
-/// The distance lies between them for certain. They are apart by at most [`BOUNDS_RATIO`] of the upper one, or by [`BOUNDS_APART`]
-/// where that is more; both are 0 where the distance is. The lower one is never infinite, the upper one only if the distance is
-/// above `f64::MAX (1 - 2^-37)`: no f64 is as large, or none that could be told apart.
+/// The distance lies between them for certain. They are apart by at most [`BOUNDS_RATIO`] of the
+/// upper one, or by [`BOUNDS_APART`] where that is more; both are 0 where the distance is. The
+/// lower one is never infinite, the upper one only if the distance is above `f64::MAX (1 - 2^-37)`:
+/// no f64 is as large, or none that could be told apart.
 ///
 /// # Errors
 /// As [`depths`].
-pub fn distance_bounds(scene: &Scene, truth: &Truth, region: Region, ids: &[i32]) -> Result<Vec<[f64; 2]>, PlaneError> {
+pub fn distance_bounds(
+    scene: &Scene,
+    truth: &Truth,
+    region: Region,
+    ids: &[i32],
+) -> Result<Vec<[f64; 2]>, PlaneError> {
     plane(scene, truth, region, ids, [f64::INFINITY; 2], |bounds, pixel, ball| match bounds {
         Some([low, high]) if high - low <= BOUNDS_RATIO * high => bounds,
         _ => Some(pixel.measure(&pixel.hit(ball, &mut Tally::default())?).bounds()),
@@ -69,8 +89,9 @@ pub const BOUNDS_APART: f64 = 8.0 * f64::from_bits(1);
 /// Bounds of the filter are used inside of these, in world units, where nothing is subnormal.
 const USED: [f64; 2] = [1e-290, 1e290];
 
-/// A plane of the ids of a region: `value` gets the filter's bounds of a hit's distance, if it has any, the pixel, with which it can
-/// work out the distance with more bits, and the sphere; it gives nothing if the sphere is not hit there.
+/// A plane of the ids of a region: `value` gets the filter's bounds of a hit's distance, if it has
+/// any, the pixel, with which it can work out the distance with more bits, and the sphere; it gives
+/// nothing if the sphere is not hit there.
 fn plane<T: Copy + Send>(
     scene: &Scene,
     truth: &Truth,
@@ -85,7 +106,10 @@ fn plane<T: Copy + Send>(
     let lens = Lens::new(truth);
     let width = region.width as usize;
     let mut values = vec![background; ids.len()];
-    let rows = values.par_chunks_mut(width).zip(ids.par_chunks(width)).zip(region.y..region.y + region.height);
+    let rows = values
+        .par_chunks_mut(width)
+        .zip(ids.par_chunks(width))
+        .zip(region.y..region.y + region.height);
     rows.map(|((values, ids), row)| {
         let mut last = None;
         for ((to, &id), column) in values.iter_mut().zip(ids).zip(region.x..) {
@@ -93,7 +117,9 @@ fn plane<T: Copy + Send>(
             let (ball, line) = match last {
                 Some((known, ball, line)) if known == id => (ball, line),
                 _ => {
-                    let sphere = scene.sphere(index).ok_or(PlaneError::NoSphere { id, spheres: scene.len() })?;
+                    let sphere = scene
+                        .sphere(index)
+                        .ok_or(PlaneError::NoSphere { id, spheres: scene.len() })?;
                     let ball = Ball::from(sphere);
                     (ball, lens.line(&lens.sphere(ball), row))
                 }
@@ -169,18 +195,21 @@ impl Lens {
         let (sx, sy) = (self.projector.columns[column as usize], self.projector.rows[row as usize]);
         let planes = [self.projector.near, self.projector.far];
         let (look, a) = match self.projector.projection {
-            Projection::Orthographic => (line.row.look::<false>(&line.margins, planes, f64::INFINITY, sx), 1.0),
+            Projection::Orthographic => {
+                (line.row.look::<false>(&line.margins, planes, f64::INFINITY, sx), 1.0)
+            }
             Projection::Perspective => {
                 (line.row.look::<true>(&line.margins, planes, f64::INFINITY, sx), length(sx, sy))
             }
         };
         let Look::Seen([low, high]) = look else { return None };
-        // Nothing is subnormal from here on, so that roundings are as `BACK` has them: a sphere that is not vague has
-        // `1024 A D <= r` and `D >= 8 u r`, so that `a` is below 2^41.
+        // Nothing is subnormal from here on, so that roundings are as `BACK` has them: a sphere
+        // that is not vague has `1024 A D <= r` and `D >= 8 u r`, so that `a` is below 2^41.
         if !(low > LEAST_IN_VIEW && high < f64::MAX) {
             return None;
         }
-        // From `y` to `t`, and by a power of two to world units, which rounds nothing in this range.
+        // From `y` to `t`, and by a power of two to world units, which rounds nothing in this
+        // range.
         let (low, high) = (low / a, high / a);
         let (low, high) = (low - BACK * low, high + BACK * high);
         let (low, high) = (low / self.projector.scale, high / self.projector.scale);
@@ -208,7 +237,9 @@ mod tests {
         let mut ids = Vec::new();
         for row in 0..size {
             for column in 0..size {
-                let hit = truth.pixel(column, row).hit(scene.sphere(0).unwrap().into(), &mut Tally::default());
+                let hit = truth
+                    .pixel(column, row)
+                    .hit(scene.sphere(0).unwrap().into(), &mut Tally::default());
                 ids.push(if hit.is_some() { 0 } else { -1 });
             }
         }
@@ -217,7 +248,8 @@ mod tests {
 
     #[test]
     fn depths_follow_the_walls() {
-        let camera = Camera { size: ScreenSize::Width(4.0), ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
+        let camera =
+            Camera { size: ScreenSize::Width(4.0), ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
         let outside = plane(camera, 5, DVec3::new(5.0, 0.0, 0.0), 2.0);
         // Samples at -1.6, -0.8, 0, 0.8, 1.6.
         assert_eq!(outside[12], 3.0);
@@ -231,7 +263,8 @@ mod tests {
             plane(Camera { near: 4.0, far: 6.0, ..camera }, 5, DVec3::new(5.0, 0.0, 0.0), 2.0)[12],
             f32::INFINITY
         );
-        let perspective = Camera { projection: Projection::Perspective, size: ScreenSize::Height(2.0), ..camera };
+        let perspective =
+            Camera { projection: Projection::Perspective, size: ScreenSize::Height(2.0), ..camera };
         assert_eq!(plane(perspective, 5, DVec3::new(5.0, 0.0, 0.0), 2.0)[12], 3.0);
         // A planet under the feet: 1e-3 above a radius of 6.4e6.
         let planet = plane(camera, 5, DVec3::new(6.4e6 + 1e-3, 0.0, 0.0), 6.4e6);

@@ -1,7 +1,7 @@
 //! Planes of a picture: what the ids of a drawing look like, and how planes become bytes.
 //!
-//! Everything follows from the ids and the scene, the same on every machine. This module knows no devices and no files:
-//! it writes into any [`std::io::Write`].
+//! Everything follows from the ids and the scene, the same on every machine. This module knows no
+//! devices and no files: it writes into any [`std::io::Write`].
 
 mod deflate;
 mod depth;
@@ -10,7 +10,9 @@ mod png;
 
 pub use depth::{BOUNDS_APART, BOUNDS_RATIO, depth_plane, depths, distance_bounds};
 pub(crate) use depth::{Lens, Shown};
-pub use npy::{Plane, header as npy_header, record_header as npy_record_header, write_f32, write_i32};
+pub use npy::{
+    Plane, header as npy_header, record_header as npy_record_header, write_f32, write_i32,
+};
 pub use png::{PaletteError, PngRows, write_palette_png, write_png};
 
 use std::ops::Range;
@@ -29,7 +31,10 @@ pub enum PlaneError {
     #[error("{0}")]
     View(#[from] ViewError),
     /// There are not as many ids as pixels.
-    #[error("there are {ids} ids for the {} x {} pixels of the region; give one for each", .region.width, .region.height)]
+    #[error(
+        "there are {ids} ids for the {} x {} pixels of the region; give one for each",
+        .region.width, .region.height
+    )]
     Length {
         /// How many there are.
         ids: usize,
@@ -37,7 +42,10 @@ pub enum PlaneError {
         region: Region,
     },
     /// An id is none of the scene's spheres.
-    #[error("id {id} is none of the scene's {spheres} spheres; give ids of this scene, and -1 for the background")]
+    #[error(
+        "id {id} is none of the scene's {spheres} spheres; give ids of this scene, and -1 for the \
+         background"
+    )]
     NoSphere {
         /// The id.
         id: i32,
@@ -45,7 +53,10 @@ pub enum PlaneError {
         spheres: usize,
     },
     /// A pixel's ray does not meet the sphere.
-    #[error("sphere {id} is not seen at column {column}, row {row}; give the ids of this view of this scene")]
+    #[error(
+        "sphere {id} is not seen at column {column}, row {row}; give the ids of this view of this \
+         scene"
+    )]
     NotSeen {
         /// The sphere.
         id: i32,
@@ -79,11 +90,16 @@ impl Paint<'_> {
         const PART: usize = 1 << 16;
         let spheres = self.scene.len();
         let foreign = |id: i32| usize::try_from(id).is_ok_and(|index| index >= spheres);
-        let greatest = ids.par_chunks(PART).map(|ids| ids.iter().fold(i32::MIN, |most, &id| most.max(id))).max();
+        let greatest = ids
+            .par_chunks(PART)
+            .map(|ids| ids.iter().fold(i32::MIN, |most, &id| most.max(id)))
+            .max();
         if !greatest.is_some_and(foreign) {
             return Ok(());
         }
-        ids.iter().find(|id| foreign(**id)).map_or(Ok(()), |&id| Err(PlaneError::NoSphere { id, spheres }))
+        ids.iter()
+            .find(|id| foreign(**id))
+            .map_or(Ok(()), |&id| Err(PlaneError::NoSphere { id, spheres }))
     }
 
     /// Runs of one id, in order: their places and their colours.
@@ -143,12 +159,34 @@ mod tests {
         let few = paint.colors(&[1, 1, -1, 0, 1]).unwrap();
         assert_eq!(few, [[4, 5, 6], [4, 5, 6], [9, 9, 9], [1, 2, 3], [4, 5, 6]]);
         assert_eq!(paint.colors(&[0, 2, 3]), Err(PlaneError::NoSphere { id: 2, spheres: 2 }));
-        assert_eq!((paint.color(2), paint.color(i32::MAX), paint.color(-1)), (None, None, Some([9, 9, 9])));
+        assert_eq!(
+            (paint.color(2), paint.color(i32::MAX), paint.color(-1)),
+            (None, None, Some([9, 9, 9]))
+        );
         let many: Vec<i32> = (0..100_000).map(|k| k % 3 - 1).collect();
-        let runs: Vec<i32> = (0..300).flat_map(|k| std::iter::repeat_n(k % 3 - 1, k as usize % 70)).collect();
-        assert!(paint.colors(&runs).unwrap().iter().zip(&runs).all(|(&color, &id)| Some(color) == paint.color(id)));
-        assert!(paint.runs(&runs).all(|(run, _)| runs[run.clone()].iter().all(|&id| id == runs[run.start])));
+        let runs: Vec<i32> =
+            (0..300).flat_map(|k| std::iter::repeat_n(k % 3 - 1, k as usize % 70)).collect();
+        assert!(
+            paint
+                .colors(&runs)
+                .unwrap()
+                .iter()
+                .zip(&runs)
+                .all(|(&color, &id)| Some(color) == paint.color(id))
+        );
+        assert!(
+            paint
+                .runs(&runs)
+                .all(|(run, _)| runs[run.clone()].iter().all(|&id| id == runs[run.start]))
+        );
         assert_eq!(paint.runs(&[1; 40]).collect::<Vec<_>>(), [(0..40, [4, 5, 6])]);
-        assert!(paint.colors(&many).unwrap().iter().zip(&many).all(|(&color, &id)| Some(color) == paint.color(id)));
+        assert!(
+            paint
+                .colors(&many)
+                .unwrap()
+                .iter()
+                .zip(&many)
+                .all(|(&color, &id)| Some(color) == paint.color(id))
+        );
     }
 }

@@ -3,7 +3,10 @@
 use std::io::{self, Write};
 
 #[cfg(target_endian = "big")]
-compile_error!("planes are written as they lie in memory, as little-endian numbers: this machine's are big-endian");
+compile_error!(
+    "planes are written as they lie in memory, as little-endian numbers: this machine's are \
+     big-endian"
+);
 
 /// Numbers as the bytes that follow a header.
 #[derive(Clone)]
@@ -31,7 +34,12 @@ pub fn write_f32(out: &mut dyn Write, shape: &[usize], numbers: &[f32]) -> io::R
     write(out, "<f4", shape, numbers)
 }
 
-fn write<T: bytemuck::Pod>(out: &mut dyn Write, descr: &str, shape: &[usize], numbers: &[T]) -> io::Result<()> {
+fn write<T: bytemuck::Pod>(
+    out: &mut dyn Write,
+    descr: &str,
+    shape: &[usize],
+    numbers: &[T],
+) -> io::Result<()> {
     if shape.iter().product::<usize>() != numbers.len() {
         let words = format!("{} numbers are not an array of shape {shape:?}", numbers.len());
         return Err(io::Error::new(io::ErrorKind::InvalidInput, words));
@@ -40,14 +48,16 @@ fn write<T: bytemuck::Pod>(out: &mut dyn Write, descr: &str, shape: &[usize], nu
     out.write_all(bytemuck::cast_slice(numbers))
 }
 
-/// The header of an array: magic, version, and the dict that NumPy reads, filled up so that the numbers begin at a multiple of 64 bytes.
+/// The header of an array: magic, version, and the dict that NumPy reads, filled up so that the
+/// numbers begin at a multiple of 64 bytes.
 pub fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     header_of(&format!("'{descr}'"), shape)
 }
 
 /// The header of an array of records, each of fields with a name and a type, one after the other.
 pub fn record_header(fields: &[(&str, &str)], shape: &[usize]) -> Vec<u8> {
-    let fields: Vec<String> = fields.iter().map(|(name, descr)| format!("('{name}', '{descr}')")).collect();
+    let fields: Vec<String> =
+        fields.iter().map(|(name, descr)| format!("('{name}', '{descr}')")).collect();
     header_of(&format!("[{}]", fields.join(", ")), shape)
 }
 
@@ -76,11 +86,19 @@ mod tests {
         write_i32(&mut out, &[2, 3], &[1, -1, 0, 4, 5, 6]).unwrap();
         assert_eq!(out.len(), 128 + 24);
         assert_eq!(&out[..10], b"\x93NUMPY\x01\x00\x76\x00");
-        assert!(out[10..].starts_with(b"{'descr': '<i4', 'fortran_order': False, 'shape': (2, 3), } "));
+        assert!(
+            out[10..].starts_with(b"{'descr': '<i4', 'fortran_order': False, 'shape': (2, 3), } ")
+        );
         assert_eq!(out[127], b'\n');
         assert_eq!(out[128..136], [1, 0, 0, 0, 255, 255, 255, 255]);
         let wrong = write_f32(&mut Vec::new(), &[2, 2], &[0.0; 5]).unwrap_err();
-        assert_eq!((wrong.kind(), wrong.to_string().contains("[2, 2]")), (io::ErrorKind::InvalidInput, true));
-        assert!(header("<f4", &[7])[10..].starts_with(b"{'descr': '<f4', 'fortran_order': False, 'shape': (7,), }"));
+        assert_eq!(
+            (wrong.kind(), wrong.to_string().contains("[2, 2]")),
+            (io::ErrorKind::InvalidInput, true)
+        );
+        assert!(
+            header("<f4", &[7])[10..]
+                .starts_with(b"{'descr': '<f4', 'fortran_order': False, 'shape': (7,), }")
+        );
     }
 }

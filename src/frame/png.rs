@@ -3,12 +3,15 @@
 //! RGB is what every reader takes for the picture: some programs read the indices of a palette as
 //! if they were it. Rows are coloured and compressed in bands, side by side, so that a picture of
 //! any size needs little memory beyond its ids. The compressor is our own (`deflate.rs`): it is
-//! given runs, and so it is about as fast on three bytes a pixel as general ones are on one, and its
-//! files are about as small as theirs with a palette. `benches/results/png.txt` has the numbers.
+//! given runs, and so it is about as fast on three bytes a pixel as general ones are on one, and
+//! its files are about as small as theirs with a palette. `benches/results/png.txt` has the
+//! numbers.
 
 use std::io::{self, Write};
 
-use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, Writer, chunk::IDAT};
+use png::{
+    BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, Writer, chunk::IDAT,
+};
 use rayon::prelude::*;
 
 use super::{
@@ -44,7 +47,12 @@ pub enum PaletteError {
 ///
 /// # Errors
 /// The writer's; of the kind `InvalidInput` when the ids are not those of this region and scene.
-pub fn write_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint) -> io::Result<()> {
+pub fn write_png(
+    out: &mut dyn Write,
+    region: Region,
+    ids: &[i32],
+    paint: &Paint,
+) -> io::Result<()> {
     checked(paint, region, ids)?;
     let mut rows = PngRows::new(out, region, *paint)?;
     rows.take(ids)?;
@@ -90,9 +98,8 @@ impl<'a, W: Write> PngRows<'a, W> {
 
     /// Takes the ids of the next rows.
     ///
-    /// # Errors
-    /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres, a row is not whole, or there are more
-    /// rows than the region has.
+    /// # Errors The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres,
+    /// a row is not whole, or there are more rows than the region has.
     pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
         self.paint.check(ids).map_err(invalid)?;
         self.take(ids)
@@ -132,7 +139,8 @@ impl<'a, W: Write> PngRows<'a, W> {
         for ids in ids.chunks(BANDS * band) {
             let above = &self.above;
             let bands = ids.par_chunks(band).enumerate().map(|(k, rows)| {
-                let before = if k == 0 { above.as_slice() } else { &ids[k * band - width..k * band] };
+                let before =
+                    if k == 0 { above.as_slice() } else { &ids[k * band - width..k * band] };
                 paint.compress(before, rows, width)
             });
             for (bytes, adler) in bands.collect::<Vec<_>>() {
@@ -172,10 +180,14 @@ impl<'a, W: Write> PngRows<'a, W> {
 
 /// Writes the picture of a region's ids, as indices of a palette.
 ///
-/// # Errors
-/// When there are too many colours, before anything is written; and the writer's, of the kind `InvalidInput` when the ids are
-/// not those of this region and scene.
-pub fn write_palette_png(out: &mut dyn Write, region: Region, ids: &[i32], paint: &Paint) -> Result<(), PaletteError> {
+/// # Errors When there are too many colours, before anything is written; and the writer's, of the
+/// kind `InvalidInput` when the ids are not those of this region and scene.
+pub fn write_palette_png(
+    out: &mut dyn Write,
+    region: Region,
+    ids: &[i32],
+    paint: &Paint,
+) -> Result<(), PaletteError> {
     checked(paint, region, ids)?;
     let palette = Palette::of(ids, paint).ok_or(PaletteError::TooManyColors)?;
     let width = region.width as usize;
@@ -287,7 +299,8 @@ impl Palette {
             a.dedup();
             (a.len() <= 256).then_some((a, n + m))
         };
-        let (colors, changes) = ids.par_chunks(1 << 16).map(part).try_reduce(|| (Vec::new(), 0), merge)?;
+        let (colors, changes) =
+            ids.par_chunks(1 << 16).map(part).try_reduce(|| (Vec::new(), 0), merge)?;
         Some(Self { colors, busy: changes > ids.len() / 4 })
     }
 
@@ -310,13 +323,15 @@ impl Palette {
         row.fill(0);
         let per_byte = 8 / bits;
         for (run, color) in paint.runs(ids) {
-            let index = self.colors.binary_search(&color).expect("the palette holds every colour") as u8;
+            let index =
+                self.colors.binary_search(&color).expect("the palette holds every colour") as u8;
             // Whole bytes, and the pixels before and after them.
             let whole = run.start.div_ceil(per_byte)..run.end / per_byte;
             let before = run.start..run.end.min(whole.start * per_byte);
             let after = before.end.max(whole.end * per_byte)..run.end;
             if !whole.is_empty() {
-                row[whole].fill((0..per_byte).fold(0u32, |byte, _| byte << bits | u32::from(index)) as u8);
+                let byte = (0..per_byte).fold(0u32, |byte, _| byte << bits | u32::from(index));
+                row[whole].fill(byte as u8);
             }
             for at in before.chain(after) {
                 row[at / per_byte] |= index << (8 - bits - bits * (at % per_byte));
@@ -334,8 +349,9 @@ mod tests {
 
     fn scene(colors: usize) -> Scene {
         let color = |k: usize| [(k / 256) as u8, (k % 256) as u8, 77];
-        let spheres: Vec<_> =
-            (0..colors).map(|k| Sphere { center: DVec3::ZERO, radius: 1.0, color: color(k) }).collect();
+        let spheres: Vec<_> = (0..colors)
+            .map(|k| Sphere { center: DVec3::ZERO, radius: 1.0, color: color(k) })
+            .collect();
         Scene::from_spheres(&spheres).unwrap()
     }
 
@@ -351,10 +367,13 @@ mod tests {
         for (spheres, depth) in [(1, 1), (3, 2), (15, 4), (255, 8), (256, 24), (3000, 24)] {
             let scene = scene(spheres);
             let paint = Paint { scene: &scene, background: [200, 100, 50] };
-            for (width, height) in [(1, 1), (1, 40), (13, 7), (1500, 100), (11_000, 9), (32_768, 3)] {
+            for (width, height) in [(1, 1), (1, 40), (13, 7), (1500, 100), (11_000, 9), (32_768, 3)]
+            {
                 let region = Region { x: 5, y: 6, width, height };
                 for run in [1, 50] {
-                    let ids: Vec<i32> = (0..region.pixels()).map(|k| (k / run % (spheres + 1)) as i32 - 1).collect();
+                    let ids: Vec<i32> = (0..region.pixels())
+                        .map(|k| (k / run % (spheres + 1)) as i32 - 1)
+                        .collect();
                     let mut rgb = Vec::new();
                     write_png(&mut rgb, region, &ids, &paint).unwrap();
                     let mut files = vec![rgb];
@@ -372,17 +391,31 @@ mod tests {
                             assert_eq!(bits, want, "{spheres} spheres");
                         }
                         assert_eq!((image.width(), image.height()), (width, height));
-                        assert!(image.pixels().zip(&ids).all(|(pixel, &id)| Some(pixel.0) == paint.color(id)));
+                        assert!(
+                            image
+                                .pixels()
+                                .zip(&ids)
+                                .all(|(pixel, &id)| Some(pixel.0) == paint.color(id))
+                        );
                     }
                     // A second one, which has another inflater.
                     let mut rows = Vec::new();
                     let idat = chunks(&files[0], *b"IDAT");
-                    io::Read::read_to_end(&mut flate2::read::ZlibDecoder::new(idat.as_slice()), &mut rows).unwrap();
+                    io::Read::read_to_end(
+                        &mut flate2::read::ZlibDecoder::new(idat.as_slice()),
+                        &mut rows,
+                    )
+                    .unwrap();
                     let rows = rows.chunks_exact(3 * width as usize + 1);
                     assert_eq!(rows.len(), height as usize);
                     assert!(rows.zip(ids.chunks_exact(width as usize)).all(|(row, ids)| {
                         row[0] == 0
-                            && row[1..].as_chunks::<3>().0.iter().zip(ids).all(|(p, &id)| Some(*p) == paint.color(id))
+                            && row[1..]
+                                .as_chunks::<3>()
+                                .0
+                                .iter()
+                                .zip(ids)
+                                .all(|(p, &id)| Some(*p) == paint.color(id))
                     }));
                 }
             }
@@ -403,7 +436,8 @@ mod tests {
         all
     }
 
-    /// Pictures of every mixture of runs that a seed makes: long and short, new and repeated, as above and beside.
+    /// Pictures of every mixture of runs that a seed makes: long and short, new and repeated, as
+    /// above and beside.
     #[test]
     fn random_pictures_come_back() {
         let scene = scene(3000);
@@ -437,7 +471,10 @@ mod tests {
             let mut bytes = Vec::new();
             write_png(&mut bytes, region, &ids, &paint).unwrap();
             let (image, _) = decoded(&bytes);
-            assert!(image.pixels().zip(&ids).all(|(pixel, &id)| Some(pixel.0) == paint.color(id)), "seed {seed}");
+            assert!(
+                image.pixels().zip(&ids).all(|(pixel, &id)| Some(pixel.0) == paint.color(id)),
+                "seed {seed}"
+            );
         }
     }
 
@@ -480,7 +517,8 @@ mod tests {
         };
         let empty = size(&|_| -1);
         assert!(empty < 8_000, "nothing: {empty} bytes");
-        let disc = |k: usize| (k % 1000).abs_diff(500).pow(2) + (k / 1000).abs_diff(500).pow(2) < 160_000;
+        let disc =
+            |k: usize| (k % 1000).abs_diff(500).pow(2) + (k / 1000).abs_diff(500).pow(2) < 160_000;
         let flat = size(&|k| i32::from(disc(k)) - 1);
         assert!(flat < 16_000, "a disc: {flat} bytes");
         let random = crate::make::Random { seed: 1 };
@@ -498,14 +536,19 @@ mod tests {
             assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{error}");
             let error = write_palette_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
             assert!(
-                matches!(&error, PaletteError::Io(error) if error.kind() == io::ErrorKind::InvalidInput),
+                matches!(&error, PaletteError::Io(e) if e.kind() == io::ErrorKind::InvalidInput),
                 "{error}"
             );
         }
         let rows = || PngRows::new(Vec::new(), region, paint).unwrap();
-        for (ids, words) in [(&[0, 2][..], "id 2"), (&[0, 1, 0], "whole rows"), (&[0; 6], "3 rows come where 2")] {
+        for (ids, words) in
+            [(&[0, 2][..], "id 2"), (&[0, 1, 0], "whole rows"), (&[0; 6], "3 rows come where 2")]
+        {
             let error = rows().push(ids).unwrap_err();
-            assert!(error.kind() == io::ErrorKind::InvalidInput && error.to_string().contains(words), "{error}");
+            assert!(
+                error.kind() == io::ErrorKind::InvalidInput && error.to_string().contains(words),
+                "{error}"
+            );
         }
         let mut rows = rows();
         rows.push(&[0, 1]).unwrap();

@@ -1,4 +1,5 @@
-//! Which GPU adapters there are, what each lacks, which one is taken, and what to install when there is none.
+//! Which GPU adapters there are, what each lacks, which one is taken, and what to install when
+//! there is none.
 
 use std::path::PathBuf;
 
@@ -68,16 +69,15 @@ pub(crate) struct Node {
     closed: Option<String>,
 }
 
-/// The paths of all nodes. Kernel graphics (all open drivers), NVIDIA, WSL, Arm and Qualcomm have them.
+/// The paths of all nodes. Kernel graphics (all open drivers), NVIDIA, WSL, Arm and Qualcomm have
+/// them.
 fn node_paths() -> Vec<PathBuf> {
     let named = ["/dev/nvidiactl", "/dev/dxg", "/dev/mali0", "/dev/kgsl-3d0"].map(PathBuf::from);
     let mut paths: Vec<_> = named.into_iter().filter(|path| path.exists()).collect();
     let entries = std::fs::read_dir("/dev/dri").into_iter().flatten().flatten();
-    paths.extend(
-        entries
-            .map(|entry| entry.path())
-            .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("renderD"))),
-    );
+    paths.extend(entries.map(|entry| entry.path()).filter(|path| {
+        path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("renderD"))
+    }));
     paths.sort();
     paths
 }
@@ -88,26 +88,36 @@ pub(crate) fn nodes() -> Vec<Node> {
         let closed = std::fs::File::options().read(true).write(true).open(&path).err();
         Node { path: crate::text::name(path), closed: closed.map(|error| error.to_string()) }
     };
-    if cfg!(target_os = "linux") { node_paths().into_iter().map(node).collect() } else { Vec::new() }
+    if cfg!(target_os = "linux") {
+        node_paths().into_iter().map(node).collect()
+    } else {
+        Vec::new()
+    }
 }
 
-/// Whether a hardware GPU is possible: on Linux each driver has a device node, and looking for one is a thousand times faster
-/// than loading Vulkan.
+/// Whether a hardware GPU is possible: on Linux each driver has a device node, and looking for one
+/// is a thousand times faster than loading Vulkan.
 pub fn may_have_hardware() -> bool {
     cfg!(not(target_os = "linux")) || !node_paths().is_empty()
 }
 
 /// What the environment says about Vulkan's drivers: only those that it names are looked at.
 pub(crate) fn named_drivers() -> Option<String> {
-    let set = |name: &str| Some((name.to_owned(), std::env::var(name).ok().filter(|value| !value.is_empty())?));
+    let set = |name: &str| {
+        Some((name.to_owned(), std::env::var(name).ok().filter(|value| !value.is_empty())?))
+    };
     let (name, value) = set("VK_DRIVER_FILES").or_else(|| set("VK_ICD_FILENAMES"))?;
     let missing = std::env::split_paths(&value).filter(|path| !path.exists());
-    let missing: Vec<_> = missing.map(|path| format!("; {} is not there", crate::text::name(path))).collect();
+    let missing: Vec<_> =
+        missing.map(|path| format!("; {} is not there", crate::text::name(path))).collect();
     Some(format!("{name}={value} is set, so that no other driver is looked at{}", missing.concat()))
 }
 
 fn is_hardware(info: &AdapterInfo) -> bool {
-    matches!(info.device_type, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu)
+    matches!(
+        info.device_type,
+        DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu
+    )
 }
 
 fn assess(adapter: &Adapter) -> Suitability {
@@ -124,7 +134,8 @@ fn assess(adapter: &Adapter) -> Suitability {
     if binding < BINDING {
         lacks.push(format!("storage bindings of {} MiB (it has {})", BINDING >> 20, binding >> 20));
     }
-    if limits.max_compute_invocations_per_workgroup < 64 || limits.max_compute_workgroup_size_x < 64 {
+    if limits.max_compute_invocations_per_workgroup < 64 || limits.max_compute_workgroup_size_x < 64
+    {
         lacks.push("workgroups of 64".into());
     }
     let mut remarks = Vec::new();
@@ -178,7 +189,8 @@ struct Candidate {
     lacks: Vec<String>,
 }
 
-/// Opens the first adapter that fits a choice, hardware before software; tells which ones did not come to that, and why.
+/// Opens the first adapter that fits a choice, hardware before software; tells which ones did not
+/// come to that, and why.
 fn take<T>(
     choice: &DeviceChoice,
     candidates: &[Candidate],
@@ -191,7 +203,9 @@ fn take<T>(
         let Candidate { name, hardware, lacks } = &candidates[k];
         let why = match choice {
             DeviceChoice::Auto if !hardware => "a software device".to_owned(),
-            DeviceChoice::Named(part) if !name.to_lowercase().contains(&part.to_lowercase()) => ANOTHER_NAME.into(),
+            DeviceChoice::Named(part) if !name.to_lowercase().contains(&part.to_lowercase()) => {
+                ANOTHER_NAME.into()
+            }
             _ if !lacks.is_empty() => format!("lacks {}", lacks.join(", ")),
             _ => match open(k) {
                 Ok(device) => return (Some(device), passed_over),
@@ -211,7 +225,11 @@ pub(super) fn open<T>(
     let adapters: Vec<_> = list().into_iter().map(|adapter| (assess(&adapter), adapter)).collect();
     let candidate = |(suitability, adapter): &(Suitability, Adapter)| {
         let info = adapter.get_info();
-        Candidate { name: name(&info), hardware: is_hardware(&info), lacks: suitability.lacks.clone() }
+        Candidate {
+            name: name(&info),
+            hardware: is_hardware(&info),
+            lacks: suitability.lacks.clone(),
+        }
     };
     let candidates: Vec<_> = adapters.iter().map(candidate).collect();
     take(choice, &candidates, |k| open(&adapters[k].1, &adapters[k].0))
@@ -220,12 +238,18 @@ pub(super) fn open<T>(
 /// The hardware that did not open although it was meant, with the reasons.
 pub(crate) fn why_asked(passed_over: &[PassedOver]) -> Option<String> {
     let meant = passed_over.iter().filter(|other| other.hardware && other.why != ANOTHER_NAME);
-    let words: Vec<_> = meant.map(|other| format!("the hardware GPU {} {}", other.adapter, other.why)).collect();
+    let words: Vec<_> =
+        meant.map(|other| format!("the hardware GPU {} {}", other.adapter, other.why)).collect();
     (!words.is_empty()).then(|| words.join("; "))
 }
 
 /// Why `auto` has taken what it has taken: a hardware GPU, or else the CPU.
-pub(crate) fn why_auto(hardware: bool, passed_over: &[PassedOver], nodes: &[Node], drivers: Option<&str>) -> String {
+pub(crate) fn why_auto(
+    hardware: bool,
+    passed_over: &[PassedOver],
+    nodes: &[Node],
+    drivers: Option<&str>,
+) -> String {
     if let Some(words) = why_asked(passed_over) {
         return words;
     }
@@ -243,16 +267,26 @@ pub(crate) fn why_auto(hardware: bool, passed_over: &[PassedOver], nodes: &[Node
                     None => path.clone(),
                 })
                 .collect();
-            format!("no {} driver answers for the hardware GPU at {}{drivers}", api(), nodes.join(", "))
+            format!(
+                "no {} driver answers for the hardware GPU at {}{drivers}",
+                api(),
+                nodes.join(", ")
+            )
         }
     }
 }
 
 /// That nothing was opened: what was tried, and what to install.
-pub(crate) fn none(choice: &DeviceChoice, passed_over: &[PassedOver], drivers: Option<&str>) -> DeviceError {
+pub(crate) fn none(
+    choice: &DeviceChoice,
+    passed_over: &[PassedOver],
+    drivers: Option<&str>,
+) -> DeviceError {
     let wanted = match choice {
         DeviceChoice::Auto => "no hardware GPU".to_owned(),
-        DeviceChoice::Named(name) => format!("no GPU whose name contains \"{}\"", crate::text::value(name)),
+        DeviceChoice::Named(name) => {
+            format!("no GPU whose name contains \"{}\"", crate::text::value(name))
+        }
         _ => "no usable GPU".to_owned(),
     };
     let mut tried = format!("tried {}:", api());
@@ -267,8 +301,9 @@ pub(crate) fn none(choice: &DeviceChoice, passed_over: &[PassedOver], drivers: O
     }
     let install = match std::env::consts::OS {
         "linux" => {
-            "a software device comes with mesa-vulkan-drivers (Debian, Ubuntu, Fedora) or vulkan-swrast (Arch); \
-             hardware needs its vendor's Vulkan driver; `--device cpu` needs neither"
+            "a software device comes with mesa-vulkan-drivers (Debian, Ubuntu, Fedora) or \
+             vulkan-swrast (Arch); hardware needs its vendor's Vulkan driver; `--device cpu` \
+             needs neither"
         }
         _ => "install the graphics driver of the machine's vendor; `--device cpu` needs none",
     };
@@ -289,10 +324,15 @@ mod tests {
     use super::*;
 
     fn candidate(name: &str, hardware: bool, lacks: &[&str]) -> Candidate {
-        Candidate { name: name.into(), hardware, lacks: lacks.iter().map(|&what| what.into()).collect() }
+        Candidate {
+            name: name.into(),
+            hardware,
+            lacks: lacks.iter().map(|&what| what.into()).collect(),
+        }
     }
 
-    /// A discrete GPU, one that is built in, and two software devices, in the order in which a loader might list them.
+    /// A discrete GPU, one that is built in, and two software devices, in the order in which a
+    /// loader might list them.
     fn machine() -> Vec<Candidate> {
         vec![
             candidate("llvmpipe (Mesa, vulkan)", false, &[]),
@@ -302,8 +342,13 @@ mod tests {
         ]
     }
 
-    /// Takes from a list, where those with these names do not open; the name that was taken, and what was passed over.
-    fn taken(choice: &DeviceChoice, candidates: &[Candidate], closed: &[&str]) -> (Option<String>, Vec<PassedOver>) {
+    /// Takes from a list, where those with these names do not open; the name that was taken, and
+    /// what was passed over.
+    fn taken(
+        choice: &DeviceChoice,
+        candidates: &[Candidate],
+        closed: &[&str],
+    ) -> (Option<String>, Vec<PassedOver>) {
         take(choice, candidates, |k| {
             let name = candidates[k].name.clone();
             let fails = closed.iter().any(|part| name.contains(part));
@@ -334,7 +379,11 @@ mod tests {
             (named("nobody"), &[], None, 4),
         ] {
             let (name, passed_over) = taken(&choice, &machine, closed);
-            assert_eq!(name.as_deref().map(|name| name.split(' ').next().unwrap()), want, "{choice:?}, {closed:?}");
+            assert_eq!(
+                name.as_deref().map(|name| name.split(' ').next().unwrap()),
+                want,
+                "{choice:?}, {closed:?}"
+            );
             assert_eq!(passed_over.len(), passed, "{choice:?}, {closed:?}: {passed_over:?}");
         }
         let nothing: (Option<()>, _) = take(&Auto, &[], |_| unreachable!("there is none"));
@@ -358,23 +407,36 @@ mod tests {
         };
         let all = machine();
         let software = [all[0].clone(), all[2].clone()];
-        let lacking = [all[0].clone(), candidate("Old 9000 (r600, vulkan)", true, &["compute shaders"])];
+        let lacking =
+            [all[0].clone(), candidate("Old 9000 (r600, vulkan)", true, &["compute shaders"])];
         assert_eq!(why(&all, &[], &[], None), "a hardware GPU was found");
         assert_eq!(
             why(&all, &["Radeon"], &[], None),
             "the hardware GPU Radeon 7900 (radv, vulkan) could not be opened: device lost"
         );
         let both = why(&all, &["Radeon", "Arc"], &[], None);
-        assert!(both.contains("Radeon 7900") && both.contains("; the hardware GPU Arc 770"), "{both}");
+        assert!(
+            both.contains("Radeon 7900") && both.contains("; the hardware GPU Arc 770"),
+            "{both}"
+        );
         assert!(!both.contains("no hardware GPU was found"), "{both}");
-        assert_eq!(why(&lacking, &[], &[], None), "the hardware GPU Old 9000 (r600, vulkan) lacks compute shaders");
+        assert_eq!(
+            why(&lacking, &[], &[], None),
+            "the hardware GPU Old 9000 (r600, vulkan) lacks compute shaders"
+        );
         assert_eq!(why(&software, &[], &[], None), "no hardware GPU was found");
         assert_eq!(why(&[], &[], &[], None), "no hardware GPU was found");
         // There is hardware, and nothing answers for it.
         let open = Node { path: "/dev/dri/renderD128".into(), closed: None };
-        let closed = Node { path: "/dev/dri/renderD129".into(), closed: Some("Permission denied".into()) };
+        let closed =
+            Node { path: "/dev/dri/renderD129".into(), closed: Some("Permission denied".into()) };
         let words = why(&software, &[], &[open.clone(), closed], None);
-        assert!(words.contains("answers for the hardware GPU at /dev/dri/renderD128, /dev/dri/renderD129"), "{words}");
+        assert!(
+            words.contains(
+                "answers for the hardware GPU at /dev/dri/renderD128, /dev/dri/renderD129"
+            ),
+            "{words}"
+        );
         assert!(words.ends_with("(which cannot be opened: Permission denied)"), "{words}");
         let words = why(&[], &[], &[open], Some("VK_DRIVER_FILES=x.json is set"));
         assert!(words.ends_with("renderD128; VK_DRIVER_FILES=x.json is set"), "{words}");

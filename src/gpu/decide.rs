@@ -1,6 +1,8 @@
-//! The pixels that the device's filter left over: decided on the host among the spheres of their tiles.
+//! The pixels that the device's filter left over: decided on the host among the spheres of their
+//! tiles.
 //!
-//! As the native device draws, see [`crate::tile`]: so lists may come in any order and in any number of waves.
+//! As the native device draws, see [`crate::tile`]: so lists may come in any order and in any
+//! number of waves.
 
 use std::{
     sync::{
@@ -55,7 +57,8 @@ pub struct Among<'a> {
 /// Tiles of a row of tiles, and the ids of all its pixels.
 type RowOfTiles<'a> = (&'a [(u32, Pixels)], &'a mut [i32]);
 
-/// What is left over in a band, when lists are whole; `columns` tiles to a row. Where no sphere of a tile's list is met, `backgrounds` is seen.
+/// What is left over in a band, when lists are whole; `columns` tiles to a row. Where no sphere of
+/// a tile's list is met, `backgrounds` is seen.
 #[derive(Clone, Copy)]
 pub struct LeftOver<'a> {
     /// What decides.
@@ -76,7 +79,12 @@ impl LeftOver<'_> {
     }
 
     /// Splits the ids of some rows of tiles.
-    fn rows<'a>(&self, tiles: &'a [(u32, Pixels)], first_row: u32, ids: &'a mut [i32]) -> Vec<RowOfTiles<'a>> {
+    fn rows<'a>(
+        &self,
+        tiles: &'a [(u32, Pixels)],
+        first_row: u32,
+        ids: &'a mut [i32],
+    ) -> Vec<RowOfTiles<'a>> {
         let all = self.among.projector.region.width as usize * SIDE;
         let mut rows_of_ids = ids.chunks_mut(all).zip(first_row..);
         let row_of = |tile: u32| tile / self.columns;
@@ -91,7 +99,8 @@ impl LeftOver<'_> {
         let Self { among, columns, backgrounds } = *self;
         let mut tally = Tally::default();
         let (mut open, mut desk) = (Open::default(), Desk::new());
-        // What is not in the cache is waited for at once, and not tile by tile: lists, then what they name first.
+        // What is not in the cache is waited for at once, and not tile by tile: lists, then what
+        // they name first.
         let tiles = || rows.iter().flat_map(|row| row.0).map(|tile| tile.0 as usize);
         tiles().for_each(|tile| among.wave.prefetch(tile));
         tiles()
@@ -108,7 +117,8 @@ impl LeftOver<'_> {
     }
 }
 
-/// Decides what is left over while pixels are put into place, a few tiles at a time: no thread waits for another then.
+/// Decides what is left over while pixels are put into place, a few tiles at a time: no thread
+/// waits for another then.
 pub struct AtOnce<'a> {
     left_over: LeftOver<'a>,
     /// Where more pixels are left over, the host draws all.
@@ -134,11 +144,12 @@ impl<'a> AtOnce<'a> {
         Self { left_over, most, seen: AtomicUsize::new(0), done: Mutex::default() }
     }
 
-    /// Decides the tiles of some rows of tiles, in ascending order, of which `ids` are all pixels: unless there are many, which are to be
-    /// shared out. Returns whether it did.
+    /// Decides the tiles of some rows of tiles, in ascending order, of which `ids` are all pixels:
+    /// unless there are many, which are to be shared out. Returns whether it did.
     pub fn decide(&self, tiles: &[(u32, Pixels)], first_row: u32, ids: &mut [i32]) -> bool {
         let pixels = count(tiles);
-        if self.seen.fetch_add(pixels, Ordering::Relaxed) + pixels > self.most || tiles.len() > MANY {
+        if self.seen.fetch_add(pixels, Ordering::Relaxed) + pixels > self.most || tiles.len() > MANY
+        {
             return false;
         }
         let begin = Instant::now();
@@ -191,7 +202,10 @@ impl Undecided {
 
     /// Looks at the spheres of a wave.
     pub fn look(&mut self, among: Among<'_>) -> Tally {
-        self.tiles.par_iter_mut().map_init(Desk::new, |desk, open| open.look(among, desk)).reduce(Tally::default, add)
+        self.tiles
+            .par_iter_mut()
+            .map_init(Desk::new, |desk, open| open.look(among, desk))
+            .reduce(Tally::default, add)
     }
 
     /// Writes what was decided.
@@ -230,7 +244,14 @@ struct Open {
 
 impl Default for Open {
     fn default() -> Self {
-        Self { tile: 0, corner: [0; 2], pixels: 0, window: [0; 2], state: Tile::default(), farthest: f64::INFINITY }
+        Self {
+            tile: 0,
+            corner: [0; 2],
+            pixels: 0,
+            window: [0; 2],
+            state: Tile::default(),
+            farthest: f64::INFINITY,
+        }
     }
 }
 
@@ -247,7 +268,8 @@ impl Open {
         }
     }
 
-    /// Writes what was decided, and `background` where nothing is met; `ids` are of the tile's row of tiles.
+    /// Writes what was decided, and `background` where nothing is met; `ids` are of the tile's row
+    /// of tiles.
     fn write(&self, region: Region, background: i32, ids: &mut [i32]) {
         for [column, row] in places(self.pixels) {
             let id = self.state.ids(row)[column];
@@ -321,7 +343,8 @@ impl Batch {
 /// What is at hand while a tile's list is looked at.
 struct Desk {
     batch: Batch,
-    /// The last spheres that were drawn: a later one that is the same is nowhere seen. Depths of their centres, and indices.
+    /// The last spheres that were drawn: a later one that is the same is nowhere seen. Depths of
+    /// their centres, and indices.
     depths: [f64; SEEN],
     indices: [u32; SEEN],
     balls: [Ball; SEEN],
@@ -330,7 +353,12 @@ struct Desk {
 impl Desk {
     fn new() -> Self {
         let batch = Batch::new();
-        Self { depths: [f64::INFINITY; SEEN], indices: [u32::MAX; SEEN], balls: [batch.ball[0]; SEEN], batch }
+        Self {
+            depths: [f64::INFINITY; SEEN],
+            indices: [u32::MAX; SEEN],
+            balls: [batch.ball[0]; SEEN],
+            batch,
+        }
     }
 }
 
@@ -346,7 +374,8 @@ fn least(values: &[f64; LANES], mut bits: u8) -> usize {
     least
 }
 
-/// Bits `first ..= last` of a row of a tile that begins at `from`; what is NaN reaches the tile's side.
+/// Bits `first ..= last` of a row of a tile that begins at `from`; what is NaN reaches the tile's
+/// side.
 #[inline(always)]
 fn window([first, last]: [f64; 2], from: f64) -> u8 {
     const LAST: f64 = (SIDE - 1) as f64;
@@ -354,7 +383,11 @@ fn window([first, last]: [f64; 2], from: f64) -> u8 {
     let first = if first > 0.0 { first } else { 0.0 };
     let last = if last < LAST { last } else { LAST };
     // Beyond the tile's sides a shift is out of range.
-    if first > LAST || last < 0.0 { 0 } else { (0xff << first as u32) & (0xff >> (7 - last as u32)) }
+    if first > LAST || last < 0.0 {
+        0
+    } else {
+        (0xff << first as u32) & (0xff >> (7 - last as u32))
+    }
 }
 
 struct Paint<'a> {
@@ -370,13 +403,20 @@ impl tile::Work for Paint<'_> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) {
         let Among { spheres, projector, wave, cancel } = self.among;
         let Spheres { scene, truth, .. } = spheres;
-        let Open { tile, corner, pixels, window: [open_columns, open_rows], ref mut state, ref mut farthest } =
-            *self.open;
+        let Open {
+            tile,
+            corner,
+            pixels,
+            window: [open_columns, open_rows],
+            ref mut state,
+            ref mut farthest,
+        } = *self.open;
         let [x, y] = corner.map(|at| at as usize);
         let place = Place::new(scene, truth, projector, [x, y]).until(cancel);
         state.begin::<Exact>(&place);
         let disorder = wave.lists().disorder * truth.scale() * (1.0 + 4.0 * f64::EPSILON);
-        // Most tiles have one open pixel: then spheres are looked at there eight at a time, and drawn from the front if they may be seen.
+        // Most tiles have one open pixel: then spheres are looked at there eight at a time, and
+        // drawn from the front if they may be seen.
         let single = pixels.is_power_of_two().then(|| places(pixels).next()).flatten();
         let Desk { batch, depths, indices, balls } = self.desk;
         depths.fill(f64::INFINITY);
@@ -388,11 +428,15 @@ impl tile::Work for Paint<'_> {
                 return;
             }
             // While these are looked at, the next come.
-            list.iter().skip(turn * LANES + SOON).take(LANES).for_each(|&place| spheres.prefetch(place));
+            list.iter()
+                .skip(turn * LANES + SOON)
+                .take(LANES)
+                .for_each(|&place| spheres.prefetch(place));
             let all = batch.take(places, spheres, projector);
             let mut fronts = batch.nearest;
             if let Some(at) = single {
-                Tile::front::<L, PERSPECTIVE>(&place, batch.lanes(), batch.cut, at).store(&mut fronts);
+                Tile::front::<L, PERSPECTIVE>(&place, batch.lanes(), batch.cut, at)
+                    .store(&mut fronts);
             }
             let mut left = all;
             loop {
@@ -404,7 +448,11 @@ impl tile::Work for Paint<'_> {
                 if left == 0 {
                     break;
                 }
-                let k = if single.is_some() { least(&fronts, left) } else { left.trailing_zeros() as usize };
+                let k = if single.is_some() {
+                    least(&fronts, left)
+                } else {
+                    left.trailing_zeros() as usize
+                };
                 left &= !(1 << k);
                 let sphere = batch.sphere(k);
                 let mut rows_seen = open_rows;
@@ -416,7 +464,8 @@ impl tile::Work for Paint<'_> {
                         continue;
                     }
                 }
-                let (index, ball, z) = (spheres.index(places[k]), batch.ball[k], L::splat(sphere.z));
+                let (index, ball, z) =
+                    (spheres.index(places[k]), batch.ball[k], L::splat(sphere.z));
                 let mut again = false;
                 for first in (0..SEEN).step_by(LANES) {
                     let depths = L::load(&depths[first..]);
@@ -432,15 +481,24 @@ impl tile::Work for Paint<'_> {
                 }
                 (depths[count], indices[count], balls[count]) = (sphere.z, index, ball);
                 count = (count + 1) % SEEN;
-                let (cut, rows) = (batch.cut >> k & 1 == 1, (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
-                state.draw::<L, PERSPECTIVE, Exact>(&place, index, &sphere, cut, [0, SIDE - 1], rows);
+                let (cut, rows) =
+                    (batch.cut >> k & 1 == 1, (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
+                state.draw::<L, PERSPECTIVE, Exact>(
+                    &place,
+                    index,
+                    &sphere,
+                    cut,
+                    [0, SIDE - 1],
+                    rows,
+                );
                 if let Some(at) = single {
                     *farthest = state.farthest::<L, PERSPECTIVE>(&place, at);
                 } else if let Some((_, depth)) = state.freshen::<L, PERSPECTIVE>(&place) {
                     *farthest = depth;
                 }
             }
-            // No later sphere begins nearer than any of these by more than the disorder, and the roundings of both places.
+            // No later sphere begins nearer than any of these by more than the disorder, and the
+            // roundings of both places.
             if all & L::splat(*farthest).less(L::load(&batch.begin).sub(L::splat(disorder))) != 0 {
                 return;
             }

@@ -81,8 +81,9 @@ impl Executor {
         }
     }
 
-    /// Runs passes. If `slots` are given, each tile has one segment in all of the picture: it is added to them, and its ids lie at
-    /// its place among them; else what is found is merged with what is known of the tile, and ids wait for [`Executor::finish`].
+    /// Runs passes. If `slots` are given, each tile has one segment in all of the picture: it is
+    /// added to them, and its ids lie at its place among them; else what is found is merged with
+    /// what is known of the tile, and ids wait for [`Executor::finish`].
     pub fn run(
         &mut self,
         eye: &Eye,
@@ -135,7 +136,13 @@ impl Executor {
     }
 
     /// Makes ids of what several passes found of some tiles.
-    pub fn finish(&mut self, eye: &Eye, band: &Band, chunk: &Chunk, met: &[u32]) -> Result<(), DrawError> {
+    pub fn finish(
+        &mut self,
+        eye: &Eye,
+        band: &Band,
+        chunk: &Chunk,
+        met: &[u32],
+    ) -> Result<(), DrawError> {
         if met.is_empty() {
             return Ok(());
         }
@@ -143,7 +150,8 @@ impl Executor {
         let segments: Vec<Segment> =
             met.iter().map(|&tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
         let tiles = tile_table(band, &segments, |_, segment| segment.tile | LAST);
-        let submission = self.dispatch(eye, band, chunk, eye.frame, (false, false), true, &segments, &tiles);
+        let submission =
+            self.dispatch(eye, band, chunk, eye.frame, (false, false), true, &segments, &tiles);
         self.wait(Some(submission))
     }
 
@@ -166,8 +174,14 @@ impl Executor {
         segments: &[Segment],
         tiles: &[plan::Tile],
     ) -> wgpu::SubmissionIndex {
-        let variant =
-            Variant { projection: eye.projection(), clipped, merged, certain: self.certain, lanes: self.lanes, few };
+        let variant = Variant {
+            projection: eye.projection(),
+            clipped,
+            merged,
+            certain: self.certain,
+            lanes: self.lanes,
+            few,
+        };
         self.prepare_pipeline(variant);
         let (device, queue) = (&self.device, &self.queue);
         self.tiles.write(device, queue, tiles);
@@ -175,7 +189,11 @@ impl Executor {
         let has = |number| bindings.iter().any(|b| b.0 == number);
         let places = segments.iter().map(|segment| band.place(segment.tile));
         if has(FANS) {
-            self.fans.write(device, queue, &places.clone().map(|place| place.fan).collect::<Vec<_>>());
+            self.fans.write(
+                device,
+                queue,
+                &places.clone().map(|place| place.fan).collect::<Vec<_>>(),
+            );
         }
         if has(PLANES) {
             self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
@@ -183,7 +201,12 @@ impl Executor {
         let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { TILE };
         let groups = (tiles.len() as u32).div_ceil(together);
         let row = groups.min(self.workgroups);
-        let frame = plan::Frame { first: chunk.range.start as u32, tiles: tiles.len() as u32, row, ..frame };
+        let frame = plan::Frame {
+            first: chunk.range.start as u32,
+            tiles: tiles.len() as u32,
+            row,
+            ..frame
+        };
         self.frame.write(device, queue, &[frame]);
         let resource = |number| match number {
             0 => self.frame.binding(),
@@ -200,7 +223,11 @@ impl Executor {
             .iter()
             .map(|&(binding, _)| wgpu::BindGroupEntry { binding, resource: resource(binding) })
             .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout,
+            entries: &entries,
+        });
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -235,7 +262,8 @@ impl Executor {
             None => ids.clone(),
             Some(staging) => {
                 let staging = staging.reserve(&self.device, size);
-                let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let mut encoder =
+                    self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
                 copied = Some(self.queue.submit([encoder.finish()]));
                 staging.clone()
@@ -249,7 +277,8 @@ impl Executor {
         self.wait(copied)?;
         let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
         receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
-        let view = slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
+        let view =
+            slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
         take(bytemuck::cast_slice(&view));
         drop(view);
         readable.unmap();
@@ -300,7 +329,11 @@ impl Executor {
 }
 
 /// The tiles of some segments as the device has them.
-fn tile_table(band: &Band, segments: &[Segment], place: impl Fn(usize, &Segment) -> u32) -> Vec<plan::Tile> {
+fn tile_table(
+    band: &Band,
+    segments: &[Segment],
+    place: impl Fn(usize, &Segment) -> u32,
+) -> Vec<plan::Tile> {
     segments
         .iter()
         .enumerate()
@@ -318,7 +351,8 @@ pub const BACKGROUND: u32 = u32::MAX;
 /// See [`BACKGROUND`].
 pub const HOST: u32 = u32::MAX - 1;
 
-/// So many rows of tiles a thread puts into place at a time, at most: then what is left over in them is decided together.
+/// So many rows of tiles a thread puts into place at a time, at most: then what is left over in
+/// them is decided together.
 const ROWS: usize = 8;
 
 /// What is known of a band when the device is done.
@@ -337,9 +371,11 @@ pub struct Answers<'a> {
 }
 
 impl Answers<'_> {
-    /// Puts all pixels into their places in `ids`, with those `found` by the device. Where something is left over in some rows of tiles, `at_once`
-    /// may decide it: it is given the tiles in ascending order, the first row of tiles, and the ids of all the rows, and says whether it did.
-    /// Returns all other tiles in which something is left over, in ascending order, and which pixels of each.
+    /// Puts all pixels into their places in `ids`, with those `found` by the device. Where
+    /// something is left over in some rows of tiles, `at_once` may decide it: it is given the tiles
+    /// in ascending order, the first row of tiles, and the ids of all the rows, and says whether it
+    /// did. Returns all other tiles in which something is left over, in ascending order, and which
+    /// pixels of each.
     pub fn fill(
         &self,
         ids: &mut [MaybeUninit<i32>],
@@ -370,11 +406,18 @@ impl Answers<'_> {
     }
 
     /// Writes all pixels of a row of tiles, and appends what is left over there.
-    fn fill_row(&self, row: usize, ids: &mut [MaybeUninit<i32>], found: &[i32], open: &mut Vec<(u32, Pixels)>) {
+    fn fill_row(
+        &self,
+        row: usize,
+        ids: &mut [MaybeUninit<i32>],
+        found: &[i32],
+        open: &mut Vec<(u32, Pixels)>,
+    ) {
         let (width, columns) = (self.region.width as usize, self.columns as usize);
         let of_row = row * columns..(row + 1) * columns;
         let (slots, backgrounds) = (&self.slots[of_row.clone()], &self.backgrounds[of_row]);
-        // First what lies behind all else, by whole rows of pixels, as memory likes it; what the device found follows while that is in the cache.
+        // First what lies behind all else, by whole rows of pixels, as memory likes it; what the
+        // device found follows while that is in the cache.
         let mut runs: Vec<(usize, i32)> = Vec::new();
         for (column, (&slot, &background)) in slots.iter().zip(backgrounds).enumerate() {
             let id = if slot == HOST { UNDECIDED } else { background };
@@ -399,17 +442,26 @@ impl Answers<'_> {
             if slot != HOST {
                 let found = &found[slot as usize * TILE_PIXELS..][..TILE_PIXELS];
                 for (row, ids) in ids.chunks_mut(width).enumerate() {
-                    for (id, column) in ids[first..first + across].iter_mut().zip(found.chunks_exact(SIDE)) {
+                    for (id, column) in
+                        ids[first..first + across].iter_mut().zip(found.chunks_exact(SIDE))
+                    {
                         let place = column[row];
                         if place != NONE {
-                            id.write(if place < 0 { UNDECIDED } else { self.spheres.index(place as u32) as i32 });
+                            id.write(if place < 0 {
+                                UNDECIDED
+                            } else {
+                                self.spheres.index(place as u32) as i32
+                            });
                         }
                     }
                 }
                 if found.iter().all(|&place| place >= NONE) {
                     continue;
                 }
-                pixels = found.iter().rev().fold(0, |open, &place| open << 1 | Pixels::from(place < NONE));
+                pixels = found
+                    .iter()
+                    .rev()
+                    .fold(0, |open, &place| open << 1 | Pixels::from(place < NONE));
             }
             open.push(((row * columns + column) as u32, pixels & inside(across, height)));
         }

@@ -30,7 +30,11 @@ pub struct These<'a>(pub &'a [bool]);
 impl Keep for These<'_> {
     #[inline(always)]
     fn depths(&self, tile: usize) -> [f64; 2] {
-        if self.0[tile] { [f64::NEG_INFINITY, f64::INFINITY] } else { [f64::INFINITY, f64::NEG_INFINITY] }
+        if self.0[tile] {
+            [f64::NEG_INFINITY, f64::INFINITY]
+        } else {
+            [f64::INFINITY, f64::NEG_INFINITY]
+        }
     }
 
     #[inline(always)]
@@ -43,7 +47,8 @@ impl Keep for These<'_> {
 pub struct Uncovered<'a> {
     /// The cover, whose blocks are tiles.
     pub cover: &'a Cover,
-    /// Places of the scene's large spheres; none for those that are left out. Empty if these are listed as others are.
+    /// Places of the scene's large spheres; none for those that are left out. Empty if these are
+    /// listed as others are.
     pub places: &'a [Option<u32>],
     /// Whether earlier lists hold the cover.
     pub listed: bool,
@@ -121,7 +126,8 @@ impl Spheres<'_> {
         block.prefetch(at);
     }
 
-    /// What [`Wave::collect`] takes of some places, one part a thread: groups if there are any, else spheres.
+    /// What [`Wave::collect`] takes of some places, one part a thread: groups if there are any,
+    /// else spheres.
     pub fn split(&self, places: Range<usize>) -> Vec<Range<usize>> {
         match self.ordered {
             Some(ordered) => split_groups(ordered.groups_of(places)),
@@ -142,8 +148,9 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// Lists for the tiles of `region`, of places on the device; takes as many spheres out of `left` as give about `limit` entries. Returns
-    /// the projector, which decisions use too, and what was met.
+    /// Lists for the tiles of `region`, of places on the device; takes as many spheres out of
+    /// `left` as give about `limit` entries. Returns the projector, which decisions use too, and
+    /// what was met.
     pub fn collect<K: Keep>(
         &mut self,
         spheres: Spheres<'_>,
@@ -153,13 +160,15 @@ impl Wave {
         keep: &K,
     ) -> (Projector, Met) {
         let Spheres { scene, truth, ordered } = spheres;
-        let binner =
-            Binner::new(scene, truth, region, TILE.trailing_zeros()).by_groups(ordered.map(Arc::as_ref)).for_kept(keep);
+        let binner = Binner::new(scene, truth, region, TILE.trailing_zeros())
+            .by_groups(ordered.map(Arc::as_ref))
+            .for_kept(keep);
         let grid = binner.grid;
         let lists = binner.lists(left, keep, limit, &mut self.workspace);
         (self.columns, self.rows) = (grid.columns, grid.rows);
         self.unit = 1.0 / truth.scale();
-        // Slabs are equally thick, and nothing that is listed begins outside of them but for roundings.
+        // Slabs are equally thick, and nothing that is listed begins outside of them but for
+        // roundings.
         self.disorder = match grid.slabs {
             0..3 => f64::INFINITY,
             slabs => {

@@ -27,7 +27,8 @@ impl Growing {
         self.buffer.take_if(|buffer| buffer.size() < size);
         self.buffer.get_or_insert_with(|| {
             // A quarter more, so that a turning camera does not allocate every frame.
-            let roomy = (size + size / 4).next_multiple_of(256).min(device.limits().max_buffer_size);
+            let roomy =
+                (size + size / 4).next_multiple_of(256).min(device.limits().max_buffer_size);
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(self.label),
                 size: roomy.max(size),
@@ -55,6 +56,10 @@ impl Growing {
     /// Before anything was asked for.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         let buffer = self.buffer.as_ref().expect("reserved before it is bound");
-        wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: NonZeroU64::new(self.used) })
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer,
+            offset: 0,
+            size: NonZeroU64::new(self.used),
+        })
     }
 }

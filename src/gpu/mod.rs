@@ -1,7 +1,8 @@
-//! The GPU device: spheres stay on it from picture to picture; the host makes tile lists, the device filters, the host decides
-//! what is left over. It executes what [`crate::plan`] lays out.
+//! The GPU device: spheres stay on it from picture to picture; the host makes tile lists, the
+//! device filters, the host decides what is left over. It executes what [`crate::plan`] lays out.
 //!
-//! * [`adapters`]: which devices there are, which one is taken, and what to install when there is none.
+//! * [`adapters`]: which devices there are, which one is taken, and what to install when there is
+//!   none.
 //! * `lists`: tile lists, made on the host.
 //! * `execute`: uploads, dispatches, ids back; `memory`: buffers that are used again.
 //! * `decide`: what the filter leaves over.
@@ -59,8 +60,8 @@ struct Uploaded {
     /// None where the device cannot hold the scene's numbers.
     fixed: Option<Fixed>,
     chunks: Vec<Chunk>,
-    /// Neighbours in space lie together on the device, so that what a tile's list names shares cache lines. None for few spheres, which
-    /// fit a cache anyway and lie there as in the scene.
+    /// Neighbours in space lie together on the device, so that what a tile's list names shares
+    /// cache lines. None for few spheres, which fit a cache anyway and lie there as in the scene.
     ordered: Option<Arc<Ordered>>,
     /// Places of the scene's large spheres, if any may hide much; none for those that are left out.
     large: Vec<Option<u32>>,
@@ -77,7 +78,8 @@ pub struct Gpu {
     uploads: u64,
     wave: Wave,
     effort: Effort,
-    /// Frames of this scene that the host draws alone, as the device would leave most of the work to it.
+    /// Frames of this scene that the host draws alone, as the device would leave most of the work
+    /// to it.
     rest: usize,
     /// For what the device's numbers cannot hold, and pictures in which nearly every pixel is hard.
     cpu: Cpu,
@@ -96,13 +98,16 @@ struct Job<'a> {
 }
 
 impl Gpu {
-    /// Opens a device: `Auto` takes hardware only, `Gpu` any adapter but hardware first, a name the first adapter whose name has it.
+    /// Opens a device: `Auto` takes hardware only, `Gpu` any adapter but hardware first, a name the
+    /// first adapter whose name has it.
     ///
     /// # Errors
     /// When none fits; says what was tried and what to install.
     pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
         let (gpu, passed_over) = Self::open_telling(choice);
-        gpu.ok_or_else(|| adapters::none(choice, &passed_over, adapters::named_drivers().as_deref()))
+        gpu.ok_or_else(|| {
+            adapters::none(choice, &passed_over, adapters::named_drivers().as_deref())
+        })
     }
 
     /// As [`Gpu::open`], if one opens; and the adapters that were passed over.
@@ -114,11 +119,16 @@ impl Gpu {
     fn start(adapter: &wgpu::Adapter, suitability: &Suitability) -> Result<Self, String> {
         let info = adapter.get_info();
         let offered = adapter.limits();
-        let binding = offered.max_storage_buffer_binding_size.min(i32::MAX as u64).min(offered.max_buffer_size);
+        let binding = offered
+            .max_storage_buffer_binding_size
+            .min(i32::MAX as u64)
+            .min(offered.max_buffer_size);
         let limits = wgpu::Limits {
             max_storage_buffer_binding_size: binding,
             max_buffer_size: offered.max_buffer_size,
-            max_storage_buffers_per_shader_stage: offered.max_storage_buffers_per_shader_stage.min(8),
+            max_storage_buffers_per_shader_stage: offered
+                .max_storage_buffers_per_shader_stage
+                .min(8),
             max_compute_workgroups_per_dimension: offered.max_compute_workgroups_per_dimension,
             ..wgpu::Limits::downlevel_defaults()
         };
@@ -138,7 +148,9 @@ impl Gpu {
         .map_err(|error| error.to_string())?;
         let fault = Arc::new(Mutex::new(None));
         let note = Arc::clone(&fault);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| remember(&note, error.to_string())));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            remember(&note, error.to_string())
+        }));
         let note = Arc::clone(&fault);
         device.set_device_lost_callback(move |reason, message| {
             // Dropping the device is no fault.
@@ -193,14 +205,17 @@ impl Gpu {
         (self.uploads, self.executor.dispatches)
     }
 
-    /// Switches the filter off or on. Off, every pixel is the nearest sphere in plain f32, right or wrong: for benchmarks only.
+    /// Switches the filter off or on. Off, every pixel is the nearest sphere in plain f32, right or
+    /// wrong: for benchmarks only.
     pub fn set_certain(&mut self, certain: bool) {
         self.executor.certain = certain;
     }
 
-    /// Chooses how lists are fetched; [`Lanes::Alone`] works everywhere. Returns whether the device has it.
+    /// Chooses how lists are fetched; [`Lanes::Alone`] works everywhere. Returns whether the device
+    /// has it.
     pub fn set_lanes(&mut self, lanes: Lanes) -> bool {
-        let fits = lanes == Lanes::Alone || self.executor.device.features().contains(wgpu::Features::SUBGROUP);
+        let fits = lanes == Lanes::Alone
+            || self.executor.device.features().contains(wgpu::Features::SUBGROUP);
         if fits {
             self.executor.lanes = lanes;
             self.limits.few = 0;
@@ -208,7 +223,8 @@ impl Gpu {
         fits
     }
 
-    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need be, to test that it does not show.
+    /// Makes chunks, waves, rounds, windows, bands and rows of workgroups smaller than they need
+    /// be, to test that it does not show.
     pub fn shrink(&mut self, chunk: usize, workgroups: u32, limits: Limits) {
         let own = self.limits;
         self.chunk = self.chunk.min(chunk.max(1));
@@ -224,7 +240,8 @@ impl Gpu {
         self.uploaded = None;
     }
 
-    /// Sets from how many spheres on they are ordered, and searched for what large ones hide, to test that it does not show.
+    /// Sets from how many spheres on they are ordered, and searched for what large ones hide, to
+    /// test that it does not show.
     pub fn set_effort(&mut self, effort: Effort) {
         (self.effort, self.limits.worth) = (effort, effort.few);
         (self.uploaded, self.cpu) = (None, self.own_cpu());
@@ -236,12 +253,18 @@ impl Gpu {
         self.cpu.cancel_on(cancel);
     }
 
-    /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the host again. Where that was a good part of
-    /// the pixels, the next frames of the same scene are drawn by the host alone.
+    /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the
+    /// host again. Where that was a good part of the pixels, the next frames of the same scene are
+    /// drawn by the host alone.
     ///
-    /// # Errors
-    /// When there is no such picture, it was cancelled, the device fails, or memory does not suffice there or here.
-    pub fn draw(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    /// # Errors When there is no such picture, it was cancelled, the device fails, or memory does
+    /// not suffice there or here.
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
         let mut drawing = self.filter(scene, view, region, true)?;
         drawing.counts.undecided = drawing.counts.undecided.min(region.pixels());
         Ok(drawing)
@@ -251,11 +274,22 @@ impl Gpu {
     ///
     /// # Errors
     /// As [`Gpu::draw`].
-    pub fn draw_filter(&mut self, scene: &Scene, view: &View, region: Region) -> Result<Drawing, DrawError> {
+    pub fn draw_filter(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
         self.filter(scene, view, region, false)
     }
 
-    fn filter(&mut self, scene: &Scene, view: &View, region: Region, decide: bool) -> Result<Drawing, DrawError> {
+    fn filter(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+        decide: bool,
+    ) -> Result<Drawing, DrawError> {
         let mut drawing = Drawing::new(scene, view, region)?;
         pool::enter(|| self.filter_into(scene, view, decide, &mut drawing))?;
         Ok(drawing)
@@ -302,7 +336,11 @@ impl Gpu {
                 let across = region.width.div_ceil(TILE);
                 let rows = (self.limits.tiles as u32 / across).max(1) * TILE;
                 for top in (0..region.height).step_by(rows as usize) {
-                    let band = Region { y: region.y + top, height: rows.min(region.height - top), ..region };
+                    let band = Region {
+                        y: region.y + top,
+                        height: rows.min(region.height - top),
+                        ..region
+                    };
                     result = self.draw_band(&job, band, drawing, decide);
                     if result.is_err() {
                         break;
@@ -319,7 +357,13 @@ impl Gpu {
     }
 
     /// Appends the ids of a band.
-    fn draw_band(&mut self, job: &Job, region: Region, drawing: &mut Drawing, decide: bool) -> Result<(), DrawError> {
+    fn draw_band(
+        &mut self,
+        job: &Job,
+        region: Region,
+        drawing: &mut Drawing,
+        decide: bool,
+    ) -> Result<(), DrawError> {
         let Job { spheres, eye, chunks, large } = *job;
         let mut band = Band::new(region);
         // The tile of each place of the ids; if a tile has several segments, places are tiles.
@@ -329,7 +373,9 @@ impl Gpu {
         let mut projector = None;
         let mut met = Met::default();
         let search = spheres.scene.len() >= self.effort.cover;
-        let cover = search.then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region))).flatten();
+        let cover = search
+            .then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region)))
+            .flatten();
         // What is seen where nothing is found.
         let mut backgrounds = vec![NONE; band.tiles()];
         for chunk in chunks {
@@ -382,7 +428,10 @@ impl Gpu {
         }
         band.host.iter().for_each(|&tile| slot_of[tile as usize] = HOST);
         drawing.counts.tiles += band.tiles();
-        let empty = slot_of.iter().zip(&backgrounds).filter(|&(&slot, &id)| slot == BACKGROUND && id == NONE);
+        let empty = slot_of
+            .iter()
+            .zip(&backgrounds)
+            .filter(|&(&slot, &id)| slot == BACKGROUND && id == NONE);
         drawing.counts.empty += empty.count();
         // What is the same as another sphere is hidden by it.
         met.on_screen += spheres.scene.len() - spheres.places();
@@ -395,7 +444,13 @@ impl Gpu {
         let start = drawing.ids.len();
         drawing.ids.reserve(region.pixels());
         let ids = &mut drawing.ids.spare_capacity_mut()[..region.pixels()];
-        let answers = Answers { region, columns: band.columns, slots: &slot_of, backgrounds: &backgrounds, spheres };
+        let answers = Answers {
+            region,
+            columns: band.columns,
+            slots: &slot_of,
+            backgrounds: &backgrounds,
+            spheres,
+        };
         let decide = decide && self.executor.certain;
         let mut left_over = Vec::new();
         let mut done = Done::default();
@@ -404,7 +459,8 @@ impl Gpu {
             let projector = projector.as_ref().filter(|_| decide && waves == 1);
             let at_once = projector.map(|projector| {
                 let among = Among { spheres, projector, wave: &gpu.wave, cancel: &gpu.cancel };
-                let left_over = LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
+                let left_over =
+                    LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
                 AtOnce::new(left_over, region.pixels() / HOPELESS)
             });
             gpu.executor.read_back(places, |found| {
@@ -430,8 +486,14 @@ impl Gpu {
                     done.tally = self.draw_on_host(spheres, region, ids)?;
                 }
                 Some(projector) => {
-                    let among = Among { spheres, projector: &projector, wave: &self.wave, cancel: &self.cancel };
-                    let tiles = LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
+                    let among = Among {
+                        spheres,
+                        projector: &projector,
+                        wave: &self.wave,
+                        cancel: &self.cancel,
+                    };
+                    let tiles =
+                        LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
                     done.tally += tiles.decide(&left_over, ids);
                 }
                 None => done.tally += self.decide_again(spheres, &left_over, region, &band, ids),
@@ -444,8 +506,14 @@ impl Gpu {
         Ok(())
     }
 
-    /// Draws a region with the native device, which is sooner done where a good part of the pixels is left over.
-    fn draw_on_host(&mut self, spheres: Spheres<'_>, region: Region, ids: &mut [i32]) -> Result<Tally, DrawError> {
+    /// Draws a region with the native device, which is sooner done where a good part of the pixels
+    /// is left over.
+    fn draw_on_host(
+        &mut self,
+        spheres: Spheres<'_>,
+        region: Region,
+        ids: &mut [i32],
+    ) -> Result<Tally, DrawError> {
         if let Some(ordered) = spheres.ordered {
             self.cpu.adopt(spheres.scene, ordered);
         }
@@ -468,8 +536,14 @@ impl Gpu {
         let mask = undecided.mask(band.tiles());
         let mut left = spheres.split(0..spheres.places());
         while !left.iter().all(Range::is_empty) {
-            let (projector, _) = &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
-            tally += undecided.look(Among { spheres, projector, wave: &self.wave, cancel: &self.cancel });
+            let (projector, _) =
+                &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
+            tally += undecided.look(Among {
+                spheres,
+                projector,
+                wave: &self.wave,
+                cancel: &self.cancel,
+            });
         }
         undecided.write(ids, region);
         tally
@@ -518,11 +592,13 @@ impl Gpu {
             Some(ordered) => ordered.places_of(scene.large()),
             None => scene.large().iter().copied().map(Some).collect(),
         };
-        self.uploaded = Some(Uploaded { identity: scene.identity(), fixed, chunks, ordered, large });
+        self.uploaded =
+            Some(Uploaded { identity: scene.identity(), fixed, chunks, ordered, large });
         Ok(())
     }
 
-    /// Writes the records of a chunk, a part at a time, so that the host never holds a second copy of a large scene.
+    /// Writes the records of a chunk, a part at a time, so that the host never holds a second copy
+    /// of a large scene.
     fn send_spheres(
         &self,
         scene: &Scene,
@@ -541,7 +617,8 @@ impl Gpu {
             part.into_par_iter()
                 .with_min_len(1 << 12)
                 .map(|place| {
-                    let (block, at) = ordered.map_or_else(|| scene.locate(place), |ordered| (&ordered.block, place));
+                    let (block, at) = ordered
+                        .map_or_else(|| scene.locate(place), |ordered| (&ordered.block, place));
                     fixed.record(block.center(at), block.radius(at))
                 })
                 .collect_into_vec(&mut records);
@@ -555,7 +632,10 @@ impl Gpu {
     }
 
     /// Runs something with errors of the device caught.
-    fn guarded<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, DrawError>) -> Result<T, DrawError> {
+    fn guarded<T>(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<T, DrawError>,
+    ) -> Result<T, DrawError> {
         let device = self.executor.device.clone();
         let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -563,7 +643,10 @@ impl Gpu {
         let result = work(self);
         let faults = [pollster::block_on(internal.pop()), pollster::block_on(validation.pop())];
         if let Some(error) = pollster::block_on(memory.pop()) {
-            return Err(DrawError::Memory(format!("{} is out of memory: {error}", self.description())));
+            return Err(DrawError::Memory(format!(
+                "{} is out of memory: {error}",
+                self.description()
+            )));
         }
         let lost = self.fault.lock().map_or(None, |fault| fault.clone());
         match faults.into_iter().flatten().map(|error| error.to_string()).next().or(lost) {

@@ -1,5 +1,5 @@
-//! A baseline for `bench`: `shaders/naive.wgsl`, every sphere at every pixel, on the device of a [`Gpu`]. No picture that anybody
-//! is given comes from here.
+//! A baseline for `bench`: `shaders/naive.wgsl`, every sphere at every pixel, on the device of a
+//! [`Gpu`]. No picture that anybody is given comes from here.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -14,7 +14,8 @@ use crate::{
 /// The baseline's text.
 pub const SOURCE: &str = include_str!("../../shaders/naive.wgsl");
 
-/// Software devices end loops after 65,535 turns; more spheres than this would give a wrong picture in no time.
+/// Software devices end loops after 65,535 turns; more spheres than this would give a wrong picture
+/// in no time.
 pub const MOST: usize = 60_000;
 
 /// `Frame` of the shader.
@@ -76,7 +77,12 @@ impl Naive {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn draw(&mut self, gpu: &mut Gpu, scene: &Scene, view: &View) -> Result<Vec<i32>, DrawError> {
+    pub fn draw(
+        &mut self,
+        gpu: &mut Gpu,
+        scene: &Scene,
+        view: &View,
+    ) -> Result<Vec<i32>, DrawError> {
         view.check(Region::whole(view.image))?;
         gpu.guarded(|gpu| self.run(gpu, scene, view))
     }
@@ -121,12 +127,19 @@ impl Naive {
         self.ids.reserve(device, size);
         self.staging.reserve(device, size);
         let entries = [self.frame.binding(), self.spheres.binding(), self.ids.binding()];
-        let entries: Vec<_> =
-            (0..).zip(entries).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let entries: Vec<_> = (0..)
+            .zip(entries)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
         let layout = self.pipeline.get_bind_group_layout(0);
-        let group =
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
-        let (Some(ids), Some(staging)) = (self.ids.get(), self.staging.get()) else { return Ok(Vec::new()) };
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &layout,
+            entries: &entries,
+        });
+        let (Some(ids), Some(staging)) = (self.ids.get(), self.staging.get()) else {
+            return Ok(Vec::new());
+        };
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -144,7 +157,8 @@ impl Naive {
         gpu.executor.wait(Some(submission))?;
         let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
         receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
-        let mapped = slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
+        let mapped =
+            slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
         let found = bytemuck::cast_slice(&mapped).to_vec();
         drop(mapped);
         staging.unmap();
@@ -175,7 +189,9 @@ mod tests {
         let image = ImageSize { width: 70, height: 50 };
         let mut gpu = Gpu::open(&DeviceChoice::Gpu).expect("the tests have a software device");
         let mut naive = Naive::new(&gpu);
-        for recipe in [Recipe::new(Kind::Uniform, 200), Recipe::new(Kind::Uniform, 200).in_perspective()] {
+        for recipe in
+            [Recipe::new(Kind::Uniform, 200), Recipe::new(Kind::Uniform, 200).in_perspective()]
+        {
             let made = recipe.make(image);
             let view = View::new(made.camera, image);
             let exact = reference::exact(&made.scene, &view, Region::whole(image)).ids;

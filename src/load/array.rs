@@ -42,12 +42,16 @@ impl Key {
     fn example(self) -> &'static str {
         match self {
             Self::Centers => {
-                "save an array of numbers, one row of x, y and z for each sphere, such as numpy.array(rows, 'f8')"
+                "save an array of numbers, one row of x, y and z for each sphere, such as \
+                 numpy.array(rows, 'f8')"
             }
-            Self::Radii => "save an array of numbers, one radius for each sphere, such as numpy.array(radii, 'f8')",
+            Self::Radii => {
+                "save an array of numbers, one radius for each sphere, such as numpy.array(radii, \
+                 'f8')"
+            }
             Self::Colors => {
-                "save an array of integers from 0 to 255, one row of red, green and blue for each sphere, such as \
-                 numpy.array(rows, 'u1')"
+                "save an array of integers from 0 to 255, one row of red, green and blue for each \
+                 sphere, such as numpy.array(rows, 'u1')"
             }
         }
     }
@@ -97,15 +101,19 @@ impl Array {
         let (file, metadata) = open_regular(&path).map_err(|error| match error {
             OpenError::Missing => Refused::new(
                 error.to_string(),
-                "write the file or correct the name, which is relative to the scene file's folder (`planisphere make` writes \
-                 the arrays of the example scenes)",
+                "write the file or correct the name, which is relative to the scene file's folder \
+                 (`planisphere make` writes the arrays of the example scenes)",
             ),
             OpenError::NotRegular(_) => Refused::new(error.to_string(), "name a regular .npy file"),
             OpenError::Io(ref source) => Refused::new(error.to_string(), OpenError::fix(source)),
         })?;
         let unread = |error: ReadError| match error {
-            ReadError::Io(source) => Refused::new(format!("cannot be read: {source}"), OpenError::fix(&source)),
-            ReadError::Changed => Refused::new("is being written", "draw again when it is finished"),
+            ReadError::Io(source) => {
+                Refused::new(format!("cannot be read: {source}"), OpenError::fix(&source))
+            }
+            ReadError::Changed => {
+                Refused::new("is being written", "draw again when it is finished")
+            }
         };
         let (bytes, mapped, (header, offset)) = if metadata.len() <= SMALL {
             let whole = read_whole(&path, &file).map_err(unread)?;
@@ -129,20 +137,29 @@ impl Array {
         path: PathBuf,
         mapped: Option<Arc<Mapped>>,
     ) -> Result<Self, Refused> {
-        let size = header.descr.size().ok_or_else(|| no_numbers("elements of a type without a size", "other types"))?;
+        let size = header
+            .descr
+            .size()
+            .ok_or_else(|| no_numbers("elements of a type without a size", "other types"))?;
         let wanted = header.shape.iter().try_fold(size, |bytes, &n| bytes.checked_mul(n));
         // A file can have become shorter since its header was read.
         let found = bytes.len().saturating_sub(offset);
         if wanted != Some(found) {
-            let wanted = wanted.map_or("more than there can be".into(), |wanted| wanted.to_string());
+            let wanted =
+                wanted.map_or("more than there can be".into(), |wanted| wanted.to_string());
             let shape = shape_text(&header.shape);
-            let words = format!("holds {found} bytes of numbers, but its shape {shape} needs {wanted}");
-            let longer =
-                header.shape.iter().try_fold(size, |bytes, &n| bytes.checked_mul(n)).is_some_and(|n| n < found);
+            let words =
+                format!("holds {found} bytes of numbers, but its shape {shape} needs {wanted}");
+            let longer = header
+                .shape
+                .iter()
+                .try_fold(size, |bytes, &n| bytes.checked_mul(n))
+                .is_some_and(|n| n < found);
             return Err(Refused::new(
                 words,
                 if longer {
-                    "write the file again: something follows the array; each array has a file of its own"
+                    "write the file again: something follows the array; each array has a file of \
+                     its own"
                 } else {
                     "write the file again: it is cut short"
                 },
@@ -214,7 +231,13 @@ impl Array {
         let grid = match &self.header.descr {
             Descr::One(code) => {
                 let number = Number::of(code).map_err(|found| no_numbers(&found, key.example()))?;
-                Grid { code: "array".into(), axes, columns: Columns::Axis(number), start: 0, forced: false }
+                Grid {
+                    code: "array".into(),
+                    axes,
+                    columns: Columns::Axis(number),
+                    start: 0,
+                    forced: false,
+                }
             }
             Descr::Record(fields) => fields_for(key, fields, axes)?,
         };
@@ -233,7 +256,10 @@ impl Array {
         let imaginary = |at: usize| self.cell(at + half.size, half);
         if let Some(at) = grid.places().find(|&at| half.read(imaginary(at)).0 != 0.0) {
             let value = half.read(imaginary(at)).0;
-            return Err(Refused::new(format!("{found} (one has the imaginary part {value})"), key.example()));
+            return Err(Refused::new(
+                format!("{found} (one has the imaginary part {value})"),
+                key.example(),
+            ));
         }
         grid.code += ".real";
         grid.forced = true;
@@ -252,7 +278,9 @@ impl Array {
             _ => ("row of three coordinates", "centre", "[[sphere]]"),
         };
         let needed = match (key, count) {
-            (Key::Colors, Some(count)) => format!("({count}, 3), one row for each row of `centers`"),
+            (Key::Colors, Some(count)) => {
+                format!("({count}, 3), one row for each row of `centers`")
+            }
             _ => "(N, 3)".into(),
         };
         let wrong = |fix: String| self.wrong_shape(&needed, fix);
@@ -265,9 +293,18 @@ impl Array {
                 if !fits(spheres) {
                     return Err(wrong(format!("write one {wanted} for each sphere")));
                 }
-                let code =
-                    if grid.axes.len() == 1 { code.clone() } else { format!("{code}.reshape(-1, {})", columns.len()) };
-                return Ok(Cells { code, rows: grid.axes.clone(), columns: columns.clone(), start: 0, as_is: false });
+                let code = if grid.axes.len() == 1 {
+                    code.clone()
+                } else {
+                    format!("{code}.reshape(-1, {})", columns.len())
+                };
+                return Ok(Cells {
+                    code,
+                    rows: grid.axes.clone(),
+                    columns: columns.clone(),
+                    start: 0,
+                    as_is: false,
+                });
             }
         };
         let cells = |code: String, rows: &[Axis], across: Axis, as_is: bool| Cells {
@@ -288,11 +325,12 @@ impl Array {
             }
             let four = across.0 == 4 && fits(down.0);
             let turned = down.0 == 3 && !by_rows && fits(across.0);
-            let turned_four = down.0 == 4 && key == Key::Colors && !by_rows && !four && fits(across.0);
+            let turned_four =
+                down.0 == 4 && key == Key::Colors && !by_rows && !four && fits(across.0);
             if turned && count.is_none() && across.0 <= 8 {
                 return Err(wrong(format!(
-                    "write one {wanted} for each sphere: of this array, array.T where every column is a sphere, or some of \
-                     its columns where every row is one"
+                    "write one {wanted} for each sphere: of this array, array.T where every \
+                     column is a sphere, or some of its columns where every row is one"
                 )));
             }
             if turned {
@@ -300,8 +338,9 @@ impl Array {
             }
             if four && key == Key::Centers {
                 return Err(wrong(
-                    "write x, y and z alone: of this array, `array[:, :3]` where the last column is something else, which \
-                     goes into an array of its own (radii: `array[:, 3]`)"
+                    "write x, y and z alone: of this array, `array[:, :3]` where the last column \
+                     is something else, which goes into an array of its own (radii: `array[:, \
+                     3]`)"
                         .into(),
                 ));
             }
@@ -312,7 +351,9 @@ impl Array {
                 return Ok(cells(format!("{code}.T[:, :3]"), &[across], down, false));
             }
             if by_rows {
-                return Err(wrong(format!("write one {wanted} for each sphere, no more and no fewer")));
+                return Err(wrong(format!(
+                    "write one {wanted} for each sphere, no more and no fewer"
+                )));
             }
         }
         // An axis of one number has no order to lose.
@@ -333,12 +374,15 @@ impl Array {
                 return Ok(cells(format!("{code}.reshape(0, 3)"), &[n], (3, 0), false));
             }
             if n.0 == 3 && key == Key::Colors {
-                return Err(wrong(format!("write one {wanted} for each sphere, or `{one}` in place of `colors`")));
+                return Err(wrong(format!(
+                    "write one {wanted} for each sphere, or `{one}` in place of `colors`"
+                )));
             }
             if n.0.is_multiple_of(3) && fits(n.0 / 3) {
                 return Err(wrong(format!(
-                    "write one {wanted} for each sphere: of this array, `array.reshape(-1, 3)` where the numbers of a {row} \
-                     lie together, or `array.reshape(3, -1).T` where they do not"
+                    "write one {wanted} for each sphere: of this array, `array.reshape(-1, 3)` \
+                     where the numbers of a {row} lie together, or `array.reshape(3, -1).T` where \
+                     they do not"
                 )));
             }
         }
@@ -353,8 +397,8 @@ impl Array {
             }
             if across.0 == 3 && count.is_none() {
                 return Err(wrong(format!(
-                    "write one {wanted} for each sphere: of this array, one of its {} tables (`array[0]` is the first), or \
-                     all of them, `array.reshape(-1, 3)`",
+                    "write one {wanted} for each sphere: of this array, one of its {} tables \
+                     (`array[0]` is the first), or all of them, `array.reshape(-1, 3)`",
                     planes.0
                 )));
             }
@@ -368,7 +412,8 @@ impl Array {
     /// One number for each sphere.
     fn singles(&self, grid: &Grid, count: usize) -> Result<Cells, Refused> {
         let long: Vec<Axis> = grid.axes.iter().copied().filter(|axis| axis.0 != 1).collect();
-        let product = grid.axes.iter().try_fold(1usize, |product, axis| product.checked_mul(axis.0));
+        let product =
+            grid.axes.iter().try_fold(1usize, |product, axis| product.checked_mul(axis.0));
         let column = match &grid.columns {
             Columns::Axis(number) => (0, *number),
             Columns::Fields(columns) => columns[0],
@@ -412,9 +457,10 @@ impl Array {
         }
         let f32s = numbers().all(Number::fits_f32);
         let (size, to) = if f32s { (4, "f4") } else { (8, "f8") };
-        let in_place = (numbers().all(|number| number.kind == Kind::Float && number.size >= 4 && !number.big))
-            .then(|| cells.run())
-            .flatten();
+        let in_place = (numbers()
+            .all(|number| number.kind == Kind::Float && number.size >= 4 && !number.big))
+        .then(|| cells.run())
+        .flatten();
         if cells.as_is && in_place.is_none() {
             // Before anything looks at so many numbers.
             self.room(cells, size, &self.why(cells, false), to)?;
@@ -426,7 +472,9 @@ impl Array {
             let what = if key == Key::Radii { "radius" } else { "coordinate" };
             return Err(Refused::new(
                 format!("{} is {shown}, which no 64-bit float equals", cells.name(row, column)),
-                format!("decide which 64-bit float this {what} is to be, and save the array as float64"),
+                format!(
+                    "decide which 64-bit float this {what} is to be, and save the array as float64"
+                ),
             ));
         }
         if numbers().any(|number| number.kind == Kind::Bool) {
@@ -462,12 +510,18 @@ impl Array {
     /// Bytes of colours.
     fn channels(&self, cells: &Cells) -> Result<Taken<Column<u8>>, Refused> {
         let wrong_type = |fix: &str| {
-            let words = format!("holds numbers of type {}, but {}", cells.type_names(), Key::Colors.types());
+            let words = format!(
+                "holds numbers of type {}, but {}",
+                cells.type_names(),
+                Key::Colors.types()
+            );
             Refused::new(words, fix)
         };
         let kinds = || cells.columns.iter().map(|column| column.1.kind);
         if kinds().any(|kind| kind == Kind::Bool) {
-            return Err(wrong_type("write integers from 0 to 255: 255 * array where true is the brightest"));
+            return Err(wrong_type(
+                "write integers from 0 to 255: 255 * array where true is the brightest",
+            ));
         }
         if kinds().any(|kind| kind == Kind::Complex) {
             return Err(wrong_type(Key::Colors.example()));
@@ -478,14 +532,23 @@ impl Array {
         // The alpha of four, which must say nothing.
         let (rgb, alpha) = cells.split_at(3);
         let integers = kinds().all(|kind| matches!(kind, Kind::Int | Kind::Uint));
-        let bytes = cells.columns.iter().all(|column| column.1.kind == Kind::Uint && column.1.size == 1);
+        let bytes =
+            cells.columns.iter().all(|column| column.1.kind == Kind::Uint && column.1.size == 1);
         let refused = |place: &Place, why: &str, fix: &str| {
-            Refused::new(format!("{} is {}, {why}", cells.name(place.row, place.column), place.shown), fix)
+            Refused::new(
+                format!("{} is {}, {why}", cells.name(place.row, place.column), place.shown),
+                fix,
+            )
         };
-        if !bytes && let Some(place) = self.first(&rgb, |(value, _)| !(0.0..=255.0).contains(&value)) {
+        if !bytes
+            && let Some(place) = self.first(&rgb, |(value, _)| !(0.0..=255.0).contains(&value))
+        {
             let fix = match integers {
                 true => "write integers from 0 to 255",
-                false => "write integers from 0 to 255, or numbers from 0 to 1 and obey the fix that is printed then",
+                false => {
+                    "write integers from 0 to 255, or numbers from 0 to 1 and obey the fix that \
+                     is printed then"
+                }
             };
             return Err(refused(&place, "not a channel of a colour", fix));
         }
@@ -495,9 +558,13 @@ impl Array {
             && !unit
             && let Some(place) = self.first(&rgb, |(value, exact)| value.fract() != 0.0 || !exact)
         {
-            let fix =
-                "write integers from 0 to 255: how numbers between two of them are to be rounded is not decided here";
-            return Err(refused(&place, "not an integer from 0 to 255 (and others are not from 0 to 1)", fix));
+            let fix = "write integers from 0 to 255: how numbers between two of them are to be \
+                       rounded is not decided here";
+            return Err(refused(
+                &place,
+                "not an integer from 0 to 255 (and others are not from 0 to 1)",
+                fix,
+            ));
         }
         if let Some(alpha) = alpha {
             let opaque = if unit { 1.0 } else { 255.0 };
@@ -505,16 +572,20 @@ impl Array {
                 return Err(self.wrong_shape(
                     &format!("({}, 3), one row for each row of `centers`", cells.count()),
                     format!(
-                        "write red, green and blue alone; there is no transparency to draw (alpha of sphere {} is {}, and {opaque} \
-                         would be opaque): `{}` is the colours without it",
+                        "write red, green and blue alone; there is no transparency to draw (alpha \
+                         of sphere {} is {}, and {opaque} would be opaque): `{}` is the colours \
+                         without it",
                         place.row, place.shown, cells.code
                     ),
                 ));
             }
         }
         if unit {
-            let words =
-                format!("holds numbers from 0 to 1 of type {}, but {}", cells.type_names(), Key::Colors.types());
+            let words = format!(
+                "holds numbers from 0 to 1 of type {}, but {}",
+                cells.type_names(),
+                Key::Colors.types()
+            );
             let code = format!("(255 * {} + 0.5).astype('u1')", cells.code);
             return Err(Refused::new(words, format!("with 1 as the brightest: {}", save(&code))));
         }
@@ -523,7 +594,8 @@ impl Array {
         }
         let in_place = bytes.then(|| cells.run()).flatten();
         if let Some(run) = in_place
-            && let Some(numbers) = Column::in_bytes(&self.bytes, self.offset + run.start, 3 * cells.count())
+            && let Some(numbers) =
+                Column::in_bytes(&self.bytes, self.offset + run.start, 3 * cells.count())
         {
             return Ok(self.uncopied(numbers));
         }
@@ -539,8 +611,12 @@ impl Array {
             (_, count) => format!("({count}, 3)"),
         };
         let found = match &self.header.descr {
-            Descr::Record(_) => Refused::new(format!("holds records, but an array of shape {shape} is needed"), ""),
-            Descr::One(code) if Number::of(code).is_ok_and(|number| number.kind == Kind::Complex) => {
+            Descr::Record(_) => {
+                Refused::new(format!("holds records, but an array of shape {shape} is needed"), "")
+            }
+            Descr::One(code)
+                if Number::of(code).is_ok_and(|number| number.kind == Kind::Complex) =>
+            {
                 Refused::new(format!("holds complex numbers, but {}", key.types()), "")
             }
             Descr::One(_) => self.wrong_shape(&shape, ""),
@@ -563,14 +639,15 @@ impl Array {
         }
         Err(Refused::new(
             format!(
-                "holds long doubles, which differ between machines and do not say whose they are, but {}",
+                "holds long doubles, which differ between machines and do not say whose they are, \
+                 but {}",
                 key.types()
             ),
             match key {
                 Key::Colors => "save integers from 0 to 255",
                 _ => {
-                    "save float64 numbers; array.astype('f8') has them, and rounds none where it equals array everywhere, by \
-                     numpy.array_equal"
+                    "save float64 numbers; array.astype('f8') has them, and rounds none where it \
+                     equals array everywhere, by numpy.array_equal"
                 }
             },
         ))
@@ -580,10 +657,15 @@ impl Array {
     fn first(&self, cells: &Cells, test: impl Fn((f64, bool)) -> bool + Sync) -> Option<Place> {
         let found = |row: usize| {
             let at = cells.row(row);
-            cells.columns.iter().position(|&(column, number)| test(number.read(self.cell(at + column, number))))
+            cells
+                .columns
+                .iter()
+                .position(|&(column, number)| test(number.read(self.cell(at + column, number))))
         };
-        let row =
-            (0..cells.count()).into_par_iter().with_min_len(1 << 12).position_first(|row| found(row).is_some())?;
+        let row = (0..cells.count())
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .position_first(|row| found(row).is_some())?;
         // The file can be changing.
         let column = found(row).unwrap_or(0);
         let (at, number) = cells.columns[column];
@@ -649,7 +731,11 @@ impl Array {
             let at = cells.row(row);
             columns.map(|(column, number)| read(self.cell(at + column, number)))
         };
-        (0..cells.count()).into_par_iter().with_min_len(1 << 12).map(row).collect_into_vec(&mut rows);
+        (0..cells.count())
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(row)
+            .collect_into_vec(&mut rows);
         Some(Column::of_rows(rows))
     }
 }
@@ -771,8 +857,13 @@ impl Cells {
 
     /// What an element is called.
     fn name(&self, row: usize, column: usize) -> String {
-        let index = if self.columns.len() == 1 { format!("[{row}]") } else { format!("[{row}, {column}]") };
-        if self.code == "array" { format!("element {index}") } else { format!("element {index} of {}", self.code) }
+        let index =
+            if self.columns.len() == 1 { format!("[{row}]") } else { format!("[{row}, {column}]") };
+        if self.code == "array" {
+            format!("element {index}")
+        } else {
+            format!("element {index} of {}", self.code)
+        }
     }
 }
 
@@ -791,7 +882,11 @@ fn shown(number: Number, bytes: &[u8]) -> String {
         },
         _ => {
             let value = number.read(bytes).0;
-            if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value}") } else { format!("{value:?}") }
+            if value.fract() == 0.0 && value.abs() < 1e15 {
+                format!("{value}")
+            } else {
+                format!("{value:?}")
+            }
         }
     }
 }
@@ -799,10 +894,15 @@ fn shown(number: Number, bytes: &[u8]) -> String {
 /// A copy would need more memory than there is.
 fn no_room(why: &str, bytes: usize, available: Option<u64>, to: &str) -> Refused {
     let needed = explain::bytes(bytes as u64);
-    let there = available.map_or("it cannot be had".into(), |bytes| format!("{} is available", explain::bytes(bytes)));
+    let there = available.map_or("it cannot be had".into(), |bytes| {
+        format!("{} is available", explain::bytes(bytes))
+    });
     Refused::new(
         format!("is copied to be read ({why}), which takes {needed} of memory, and {there}"),
-        format!("save it as it is read in place: {}", save(&format!("numpy.ascontiguousarray(array, '{to}')"))),
+        format!(
+            "save it as it is read in place: {}",
+            save(&format!("numpy.ascontiguousarray(array, '{to}')"))
+        ),
     )
 }
 
@@ -851,12 +951,23 @@ fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refus
     let (triples, wholes): (&[[&str; 3]], &[&str]) = match key {
         Key::Centers => (
             &[["x", "y", "z"]],
-            &["center", "centre", "centers", "centres", "position", "positions", "pos", "xyz", "coordinates"],
+            &[
+                "center",
+                "centre",
+                "centers",
+                "centres",
+                "position",
+                "positions",
+                "pos",
+                "xyz",
+                "coordinates",
+            ],
         ),
         Key::Radii => (&[], &["radius", "radii", "r"]),
-        Key::Colors => {
-            (&[["r", "g", "b"], ["red", "green", "blue"]], &["color", "colour", "colors", "colours", "rgb", "rgba"])
-        }
+        Key::Colors => (
+            &[["r", "g", "b"], ["red", "green", "blue"]],
+            &["color", "colour", "colors", "colours", "rgb", "rgba"],
+        ),
     };
     for names in triples {
         let found: Vec<_> = names.iter().filter_map(|name| named(name)).collect();
@@ -866,7 +977,13 @@ fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refus
             let codes = [a, b, c].map(|(field, ..)| quoted(&field.name)).join(", ");
             let columns = [a, b, c].iter().map(|&&(_, at, number)| (at, number)).collect();
             let code = format!("numpy.stack([{codes}], axis=-1)");
-            return Ok(Grid { code, axes, columns: Columns::Fields(columns), start: 0, forced: true });
+            return Ok(Grid {
+                code,
+                axes,
+                columns: Columns::Fields(columns),
+                start: 0,
+                forced: true,
+            });
         }
     }
     let red = key == Key::Radii && named("g").is_some() && named("b").is_some();
@@ -885,9 +1002,19 @@ fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refus
             })
             .collect();
         all.extend(inner.into_iter().rev());
-        return Ok(Grid { code: quoted(&field.name), axes: all, columns: Columns::Axis(number), start, forced: true });
+        return Ok(Grid {
+            code: quoted(&field.name),
+            axes: all,
+            columns: Columns::Axis(number),
+            start,
+            forced: true,
+        });
     }
-    let names = fields.iter().map(|field| field.name.escape_debug().to_string()).collect::<Vec<_>>().join(", ");
+    let names = fields
+        .iter()
+        .map(|field| field.name.escape_debug().to_string())
+        .collect::<Vec<_>>()
+        .join(", ");
     let what = match key {
         Key::Centers => "x, y and z",
         Key::Radii => "the radius",

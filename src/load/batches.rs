@@ -141,7 +141,8 @@ pub(super) fn quick(text: &str) -> Option<Batches> {
         let start = line.trim_start_matches([' ', '\t']);
         if start.starts_with('[') {
             let header = start.trim_end().strip_prefix("[[sphere]]");
-            inside = header.is_some_and(|rest| rest.is_empty() || rest.trim_start().starts_with('#'));
+            inside =
+                header.is_some_and(|rest| rest.is_empty() || rest.trim_start().starts_with('#'));
             // A piece ends at a header, when it is long enough or the table is of another kind.
             if inside && runs.last().is_none_or(|run| run.end != at || run.len() > PIECE) {
                 runs.push(at..at);
@@ -163,7 +164,10 @@ pub(super) fn quick(text: &str) -> Option<Batches> {
     if from < text.len() {
         rest.0.push(from..text.len());
     }
-    let pieces = runs.into_iter().map(|run| Piece { parts: Parts(vec![run]), around: [""; 2] }).collect::<Vec<_>>();
+    let pieces = runs
+        .into_iter()
+        .map(|run| Piece { parts: Parts(vec![run]), around: [""; 2] })
+        .collect::<Vec<_>>();
     (!pieces.is_empty() && rest.len() < REST).then_some(Batches { rest, pieces })
 }
 
@@ -182,7 +186,9 @@ pub(super) fn check_keys(text: &str) -> Result<(), Fault> {
 /// The words for brackets in brackets in brackets.
 pub(super) fn too_deep(span: Range<usize>) -> Fault {
     Fault::new(
-        format!("lists or tables are nested more than {DEPTH} deep, and a scene needs three levels"),
+        format!(
+            "lists or tables are nested more than {DEPTH} deep, and a scene needs three levels"
+        ),
         span,
         "too deep",
         "close each bracket that is opened; a list here holds three numbers",
@@ -256,7 +262,8 @@ impl Statement {
 
     /// The kinds of its first tokens.
     fn starts(&self, kinds: &[TokenKind]) -> bool {
-        self.first.len() >= kinds.len() && self.first.iter().zip(kinds).all(|(token, kind)| token.kind() == *kind)
+        self.first.len() >= kinds.len()
+            && self.first.iter().zip(kinds).all(|(token, kind)| token.kind() == *kind)
     }
 }
 
@@ -271,7 +278,9 @@ fn key(text: &str, token: Token) -> &str {
 /// # Errors
 /// What is beyond the limits, or given twice.
 pub(super) fn exact(text: &str) -> Result<Batches, Fault> {
-    use TokenKind::{Comma, Comment, Eof, Equals, LeftCurlyBracket, LeftSquareBracket, Newline, Whitespace};
+    use TokenKind::{
+        Comma, Comment, Eof, Equals, LeftCurlyBracket, LeftSquareBracket, Newline, Whitespace,
+    };
     use TokenKind::{RightCurlyBracket, RightSquareBracket};
     let mut cut = Cut {
         text,
@@ -317,7 +326,9 @@ pub(super) fn exact(text: &str) -> Result<Batches, Fault> {
         if !statement.is_header() {
             match kind {
                 LeftSquareBracket | LeftCurlyBracket => statement.open += 1,
-                RightSquareBracket | RightCurlyBracket => statement.open = statement.open.saturating_sub(1),
+                RightSquareBracket | RightCurlyBracket => {
+                    statement.open = statement.open.saturating_sub(1)
+                }
                 _ => {}
             }
         }
@@ -346,8 +357,8 @@ pub(super) fn exact(text: &str) -> Result<Batches, Fault> {
                 format!("{what} more than {VALUE} bytes long, and a scene needs no such value"),
                 begun..end,
                 "begins here",
-                "close the bracket or the quotes that are open, and write many spheres as [[sphere]] tables or as arrays in \
-                 [[spheres]]",
+                "close the bracket or the quotes that are open, and write many spheres as \
+                 [[sphere]] tables or as arrays in [[spheres]]",
             ));
         }
     }
@@ -358,7 +369,9 @@ pub(super) fn exact(text: &str) -> Result<Batches, Fault> {
 fn check_space(text: &str, span: Range<usize>) -> Result<(), Fault> {
     let bytes = text[span.clone()].trim_end_matches(['\n', '\t']).bytes();
     let mut bytes = bytes.enumerate();
-    let Some((at, byte)) = bytes.find(|(_, byte)| byte.is_ascii_control() && *byte != b'\t') else { return Ok(()) };
+    let Some((at, byte)) = bytes.find(|(_, byte)| byte.is_ascii_control() && *byte != b'\t') else {
+        return Ok(());
+    };
     let at = span.start + at;
     if byte == b'\r' && text[at + 1..].starts_with('\n') {
         return Ok(());
@@ -377,9 +390,10 @@ pub(super) fn stray(span: Range<usize>, byte: u8) -> Fault {
             "not TOML: a byte of 0, which no text has".to_owned(),
             "save the file as text in UTF-8 (in UTF-16, every other byte of plain letters is 0)",
         ),
-        byte => {
-            (format!("not TOML: the control character {byte:#04x}"), "remove it, or write it as an escape in a string")
-        }
+        byte => (
+            format!("not TOML: the control character {byte:#04x}"),
+            "remove it, or write it as an escape in a string",
+        ),
     };
     Fault::new(message, span, "here", fix)
 }
@@ -421,7 +435,9 @@ impl List {
         self.pieces.push(self.parts);
         let last = self.pieces.len() - 1;
         for (k, parts) in self.pieces.into_iter().enumerate() {
-            cut.batches.pieces.push(Piece { parts, around: ["sphere=[", if k < last { "]" } else { "" }] });
+            cut.batches
+                .pieces
+                .push(Piece { parts, around: ["sphere=[", if k < last { "]" } else { "" }] });
         }
     }
 }
@@ -459,7 +475,8 @@ impl Cut<'_> {
         if statement.is_header() {
             self.header = true;
             let first = &statement.first;
-            let double = statement.starts(&[Left, Left]) && first[0].span().end() == first[1].span().start();
+            let double =
+                statement.starts(&[Left, Left]) && first[0].span().end() == first[1].span().start();
             let at = if double { 2 } else { 1 };
             let name = first.get(at).map_or("", |token| key(self.text, *token));
             let (alone, deeper) = match first.get(at + 1).map(Token::kind) {
@@ -478,10 +495,13 @@ impl Cut<'_> {
                         return Err(twice(*key, list));
                     }
                     self.within = Within::Sphere;
-                    let full = self.batches.pieces.last().is_none_or(|piece| piece.parts.len() > PIECE);
+                    let full =
+                        self.batches.pieces.last().is_none_or(|piece| piece.parts.len() > PIECE);
                     // Order does not matter between tables: a piece may go on behind others.
                     if full {
-                        self.batches.pieces.push(Piece { parts: Parts::default(), around: [""; 2] });
+                        self.batches
+                            .pieces
+                            .push(Piece { parts: Parts::default(), around: [""; 2] });
                     }
                 }
                 "spheres" if double && alone => {
@@ -544,17 +564,26 @@ mod tests {
         let text = format!("{camera}{spheres}[image]\nwidth = 4\n{}", TABLE.repeat(3));
         for batches in [quick(&text).unwrap(), exact(&text).unwrap()] {
             let Batches { rest, pieces } = batches;
-            let all: String = pieces.iter().map(|piece| piece.text(&text).into_owned() + "\n").collect();
-            let wanted = format!("{spheres}{}", TABLE.repeat(3)).replace(" # last", "").replace(" # [[sphere]]", "");
+            let all: String =
+                pieces.iter().map(|piece| piece.text(&text).into_owned() + "\n").collect();
+            let wanted = format!("{spheres}{}", TABLE.repeat(3))
+                .replace(" # last", "")
+                .replace(" # [[sphere]]", "");
             let all = all.replace(" # last", "").replace(" # [[sphere]]", "");
             assert!(words(&all) == words(&wanted), "{} bytes of pieces", all.len());
             assert!(
-                pieces.len() > 3 && pieces.iter().all(|piece| piece.text(&text).trim_start().starts_with("[[sphere]]"))
+                pieces.len() > 3
+                    && pieces
+                        .iter()
+                        .all(|piece| piece.text(&text).trim_start().starts_with("[[sphere]]"))
             );
             let beside = rest.text(&text);
             assert_eq!(words(&beside), "[camera] view = [1, 0, 0] [image] width = 4");
             let at = beside.find("[image]").unwrap();
-            assert_eq!(rest.place(at..at + 7), text.find("[image]").unwrap()..text.find("[image]").unwrap() + 7);
+            assert_eq!(
+                rest.place(at..at + 7),
+                text.find("[image]").unwrap()..text.find("[image]").unwrap() + 7
+            );
             let inside = pieces[2].text(&text).find("radius").unwrap();
             assert!(text[pieces[2].place(inside..inside + 6)].starts_with("radius"));
         }
@@ -594,8 +623,14 @@ mod tests {
             (format!("[{}]", vec!["b"; 100_000].join(".")), "a key has more than 16 parts"),
             (format!("{} = 1", vec!["b"; 100_000].join(" . ")), "a key has more than 16 parts"),
             (format!("view = \"{}\"", "x".repeat(100_000)), "a value is more than 65536 bytes"),
-            (format!("[camera]\nview = [1, 0\n{}", TABLE.repeat(2000)), "a value is more than 65536 bytes"),
-            (format!("sphere = [{{center=[{}]}}]", "0,".repeat(100_000)), "an item of `sphere` is more than"),
+            (
+                format!("[camera]\nview = [1, 0\n{}", TABLE.repeat(2000)),
+                "a value is more than 65536 bytes",
+            ),
+            (
+                format!("sphere = [{{center=[{}]}}]", "0,".repeat(100_000)),
+                "an item of `sphere` is more than",
+            ),
             (format!("sphere = []\nsphere = []\n{TABLE}"), "duplicate key"),
             (format!("sphere = []\n{TABLE}"), "duplicate key"),
             ("[[spheres]]\nradius = 1\n".repeat(70_000), "more than 65536 [[spheres]]"),

@@ -71,8 +71,11 @@ pub(super) fn parse(text: &str) -> Result<[u8; 3], NotAColor> {
         if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
             return wrong("is not a colour", None);
         }
-        let twice = |digits: &str| digits.chars().flat_map(|digit| [digit, digit]).collect::<String>();
-        let opaque = |six: String, alpha: &str| alpha.bytes().all(|b| b | 0x20 == b'f').then(|| format!("#{six}"));
+        let twice =
+            |digits: &str| digits.chars().flat_map(|digit| [digit, digit]).collect::<String>();
+        let opaque = |six: String, alpha: &str| {
+            alpha.bytes().all(|b| b | 0x20 == b'f').then(|| format!("#{six}"))
+        };
         return match digits.len() {
             3 => Ok(bytes(u32::from_str_radix(&twice(digits), 16).unwrap_or_default())),
             6 => Ok(bytes(u32::from_str_radix(digits, 16).unwrap_or_default())),
@@ -99,8 +102,13 @@ pub(super) fn parse(text: &str) -> Result<[u8; 3], NotAColor> {
     }
     // Words with spaces or signs between, such as "light grey", and words with a letter wrong.
     let plain: String = lower.chars().filter(|c| !matches!(c, ' ' | '-' | '_')).collect();
-    let near = NAMED.iter().filter(|_| plain.len() <= 24).map(|(name, _)| (distance(&plain, name), *name)).min();
-    let near = near.filter(|(steps, name)| *steps <= name.len() / 4).map(|(_, name)| name.to_owned());
+    let near = NAMED
+        .iter()
+        .filter(|_| plain.len() <= 24)
+        .map(|(name, _)| (distance(&plain, name), *name))
+        .min();
+    let near =
+        near.filter(|(steps, name)| *steps <= name.len() / 4).map(|(_, name)| name.to_owned());
     wrong("is not a colour", near)
 }
 
@@ -109,8 +117,8 @@ pub(super) fn fix(key: &str, wrong: Option<&NotAColor>) -> String {
     match wrong.and_then(|wrong| wrong.instead.as_deref()) {
         Some(instead) => format!("write {key} = \"{}\"", text::value(instead)),
         None => format!(
-            "write {key} = \"#d94f3d\" (six hexadecimal digits, or three), {key} = [217, 79, 61], or a name of CSS such as \
-             {key} = \"tomato\""
+            "write {key} = \"#d94f3d\" (six hexadecimal digits, or three), {key} = [217, 79, 61], \
+             or a name of CSS such as {key} = \"tomato\""
         ),
     }
 }

@@ -1,4 +1,5 @@
-//! Takes typed values out of a TOML document; every fault knows its place. This file knows TOML, not scenes.
+//! Takes typed values out of a TOML document; every fault knows its place. This file knows TOML,
+//! not scenes.
 
 use std::ops::Range;
 
@@ -29,16 +30,33 @@ impl<'t, 'i> Section<'t, 'i> {
             other => {
                 let key = name.trim_matches(['[', ']']);
                 let (fix, shown) = match other {
-                    DeValue::Array(_) => (format!("there is one {name}: write it with single brackets"), "a list"),
-                    _ => (format!("write {name} on a line of its own, and `key = value` lines below it"), kind(other)),
+                    DeValue::Array(_) => {
+                        (format!("there is one {name}: write it with single brackets"), "a list")
+                    }
+                    _ => (
+                        format!(
+                            "write {name} on a line of its own, and `key = value` lines below it"
+                        ),
+                        kind(other),
+                    ),
                 };
-                Err(Fault::new(format!("`{key}` is {shown}, but a table is needed"), value.span(), "not a table", fix))
+                Err(Fault::new(
+                    format!("`{key}` is {shown}, but a table is needed"),
+                    value.span(),
+                    "not a table",
+                    fix,
+                ))
             }
         }
     }
 
     /// The same, of the table itself.
-    pub fn of_table(name: &str, table: &'t DeTable<'i>, span: Range<usize>, known: &[&str]) -> Result<Self, Fault> {
+    pub fn of_table(
+        name: &str,
+        table: &'t DeTable<'i>,
+        span: Range<usize>,
+        known: &[&str],
+    ) -> Result<Self, Fault> {
         let unknown = table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
         if let Some(key) = unknown.min_by_key(|key| key.span().start) {
             return Err(unknown_key(name, key, known));
@@ -52,7 +70,11 @@ impl<'t, 'i> Section<'t, 'i> {
     }
 
     /// The value of a key as something.
-    pub fn read<T>(&self, key: &str, read: fn(&str, &Value) -> Result<T, Fault>) -> Result<Option<T>, Fault> {
+    pub fn read<T>(
+        &self,
+        key: &str,
+        read: fn(&str, &Value) -> Result<T, Fault>,
+    ) -> Result<Option<T>, Fault> {
         self.get(key).map(|value| read(key, value)).transpose()
     }
 
@@ -81,37 +103,105 @@ impl<'t, 'i> Section<'t, 'i> {
 const SYNONYMS: &[(&str, &[&str], &[&str])] = &[
     (
         "[camera]",
-        &["eye", "position", "pos", "from", "location", "camera", "lookfrom", "viewpoint", "point", "center", "centre"],
+        &[
+            "eye",
+            "position",
+            "pos",
+            "from",
+            "location",
+            "camera",
+            "lookfrom",
+            "viewpoint",
+            "point",
+            "center",
+            "centre",
+        ],
         &["origin"],
     ),
-    ("[camera]", &["target", "at", "to", "lookat", "focus", "interest", "towards", "aim"], &["look_at"]),
-    ("[camera]", &["direction", "dir", "forward", "look", "lookdir", "gaze", "orientation", "viewdir"], &["view"]),
+    (
+        "[camera]",
+        &["target", "at", "to", "lookat", "focus", "interest", "towards", "aim"],
+        &["look_at"],
+    ),
+    (
+        "[camera]",
+        &["direction", "dir", "forward", "look", "lookdir", "gaze", "orientation", "viewdir"],
+        &["view"],
+    ),
     ("[camera]", &["vup", "upvector", "viewup", "sky", "updirection"], &["up"]),
-    ("[camera]", &["fovy", "vfov", "angle", "yfov", "fieldofview", "viewangle", "degrees", "hfov", "fovx"], &["fov"]),
-    ("[camera]", &["type", "kind", "mode", "model", "perspective", "orthographic", "ortho"], &["projection"]),
-    ("[camera]", &["scale", "size", "zoom", "extent", "xsize", "w", "ysize", "h", "viewwidth"], &["width"]),
+    (
+        "[camera]",
+        &["fovy", "vfov", "angle", "yfov", "fieldofview", "viewangle", "degrees", "hfov", "fovx"],
+        &["fov"],
+    ),
+    (
+        "[camera]",
+        &["type", "kind", "mode", "model", "perspective", "orthographic", "ortho"],
+        &["projection"],
+    ),
+    (
+        "[camera]",
+        &["scale", "size", "zoom", "extent", "xsize", "w", "ysize", "h", "viewwidth"],
+        &["width"],
+    ),
     ("[camera]", &["znear", "nearplane", "nearclip", "clipnear", "hither", "front"], &["near"]),
     ("[camera]", &["zfar", "farplane", "farclip", "clipfar", "yon", "back"], &["far"]),
     (
         "[image]",
-        &["resolution", "size", "dimensions", "w", "xres", "resx", "columns", "cols", "nx", "xsize"],
+        &[
+            "resolution",
+            "size",
+            "dimensions",
+            "w",
+            "xres",
+            "resx",
+            "columns",
+            "cols",
+            "nx",
+            "xsize",
+        ],
         &["width"],
     ),
     ("[image]", &["h", "yres", "resy", "rows", "ny", "ysize"], &["height"]),
     (
         "[image]",
-        &["bg", "colour", "color", "backgroundcolor", "backgroundcolour", "backdrop", "clear", "sky"],
+        &[
+            "bg",
+            "colour",
+            "color",
+            "backgroundcolor",
+            "backgroundcolour",
+            "backdrop",
+            "clear",
+            "sky",
+        ],
         &["background"],
     ),
     (
         "sphere",
-        &["pos", "position", "origin", "location", "at", "xyz", "coordinates", "coords", "point", "c", "p"],
+        &[
+            "pos",
+            "position",
+            "origin",
+            "location",
+            "at",
+            "xyz",
+            "coordinates",
+            "coords",
+            "point",
+            "c",
+            "p",
+        ],
         &["center", "centers"],
     ),
     ("sphere", &["points", "positions", "centres", "centre"], &["centers", "center"]),
     ("sphere", &["r", "rad", "size", "scale", "diameter", "d", "width"], &["radius", "radii"]),
     ("sphere", &["radiuses", "sizes", "diameters"], &["radii", "radius"]),
-    ("sphere", &["rgb", "tint", "material", "albedo", "diffuse", "fill", "paint", "colour"], &["color", "colors"]),
+    (
+        "sphere",
+        &["rgb", "tint", "material", "albedo", "diffuse", "fill", "paint", "colour"],
+        &["color", "colors"],
+    ),
     ("sphere", &["rgbs", "colours"], &["colors", "color"]),
     ("", &["cam", "eye", "view", "viewpoint"], &["camera"]),
     ("", &["picture", "output", "resolution", "canvas", "film", "screen", "render"], &["image"]),
@@ -121,14 +211,20 @@ const SYNONYMS: &[(&str, &[&str], &[&str])] = &[
 
 /// The known key that somebody means by another word: a synonym, or a key with some letters wrong.
 fn meant<'k>(section: &str, found: &str, known: &[&'k str]) -> Option<&'k str> {
-    let plain: String =
-        found.chars().filter(|c| !matches!(c, '_' | '-' | ' ')).collect::<String>().to_ascii_lowercase();
+    let plain: String = found
+        .chars()
+        .filter(|c| !matches!(c, '_' | '-' | ' '))
+        .collect::<String>()
+        .to_ascii_lowercase();
     let same = |key: &&&str| key.replace('_', "") == plain;
     if let Some(key) = known.iter().find(same) {
         return Some(key);
     }
-    let here = |place: &str| if place == "sphere" { section.starts_with("[[sphere") } else { section == place };
-    let rows = SYNONYMS.iter().filter(|(place, words, _)| here(place) && words.contains(&plain.as_str()));
+    let here = |place: &str| {
+        if place == "sphere" { section.starts_with("[[sphere") } else { section == place }
+    };
+    let rows =
+        SYNONYMS.iter().filter(|(place, words, _)| here(place) && words.contains(&plain.as_str()));
     let keys = rows.flat_map(|(.., keys)| keys.iter());
     if let Some(key) = keys.filter_map(|key| known.iter().find(|known| *known == key)).next() {
         return Some(key);
@@ -145,14 +241,20 @@ fn unknown_key(name: &str, key: &Spanned<DeString>, known: &[&str]) -> Fault {
     let found = key.get_ref().as_ref();
     let fix = match meant(name, found, known) {
         // Both hold a number: the fix says what else to change.
-        Some(like @ ("radius" | "radii")) if found.to_ascii_lowercase().starts_with("diam") || found == "d" => {
+        Some(like @ ("radius" | "radii"))
+            if found.to_ascii_lowercase().starts_with("diam") || found == "d" =>
+        {
             format!("did you mean `{like}`? It is half of the diameter")
         }
-        Some("width") if matches!(found, "resolution" | "size" | "dimensions") && known.contains(&"height") => {
+        Some("width")
+            if matches!(found, "resolution" | "size" | "dimensions")
+                && known.contains(&"height") =>
+        {
             "did you mean `width` and `height`? Each is one number".into()
         }
         Some("fov") if matches!(found, "hfov" | "fovx") => {
-            "did you mean `fov`? It is the vertical angle; or give `width`, that of the image plane at distance 1"
+            "did you mean `fov`? It is the vertical angle; or give `width`, that of the image \
+             plane at distance 1"
                 .into()
         }
         Some(like) => format!("did you mean `{like}`?"),
@@ -162,7 +264,8 @@ fn unknown_key(name: &str, key: &Spanned<DeString>, known: &[&str]) -> Fault {
     Fault::new(format!("unknown key `{}`{inside}", text::value(found)), key.span(), "unknown", fix)
 }
 
-/// Number of letters to insert, remove, replace or swap with their neighbour to get from one word to the other.
+/// Number of letters to insert, remove, replace or swap with their neighbour to get from one word
+/// to the other.
 pub(super) fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     // Row i holds the distances of a[..i] from every start of b; the last three rows are kept.
@@ -230,14 +333,17 @@ pub(super) fn number(key: &str, value: &Value) -> Result<f64, Fault> {
         },
         DeValue::Integer(integer) => {
             let exact = i64::from_str_radix(integer.as_str(), integer.radix()).ok();
-            exact.filter(|&n| (n as f64) as i128 == i128::from(n)).map(|n| n as f64).ok_or_else(|| {
-                Fault::new(
-                    format!("`{key}` is an integer that no 64-bit float equals"),
-                    value.span(),
-                    "not exact",
-                    "write it with a decimal point, such as 1.0e20; it is then rounded to the nearest 64-bit float",
-                )
-            })
+            exact.filter(|&n| (n as f64) as i128 == i128::from(n)).map(|n| n as f64).ok_or_else(
+                || {
+                    Fault::new(
+                        format!("`{key}` is an integer that no 64-bit float equals"),
+                        value.span(),
+                        "not exact",
+                        "write it with a decimal point, such as 1.0e20; it is then rounded to the \
+                     nearest 64-bit float",
+                    )
+                },
+            )
         }
         _ => Err(wrong_type(key, value, "a number", &format!("{key} = 1.0"))),
     }
@@ -271,9 +377,15 @@ pub(super) fn string(key: &str, value: &Value) -> Result<String, Fault> {
 /// An integer of 64 bits.
 pub(super) fn integer(key: &str, value: &Value) -> Result<i64, Fault> {
     match value.get_ref() {
-        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
-            Fault::new(format!("`{key}` is beyond 64 bits"), value.span(), "too large", "write a smaller integer")
-        }),
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
+            .map_err(|_| {
+                Fault::new(
+                    format!("`{key}` is beyond 64 bits"),
+                    value.span(),
+                    "too large",
+                    "write a smaller integer",
+                )
+            }),
         _ => Err(wrong_type(key, value, "an integer", &format!("{key} = 800"))),
     }
 }
@@ -289,7 +401,8 @@ pub(super) fn color(key: &str, value: &Value) -> Result<[u8; 3], Fault> {
         DeValue::Array(items) => {
             let mut color = [0; 3];
             if items.len() != 3 {
-                let message = format!("`{key}` has {} numbers, but a colour has three", items.len());
+                let message =
+                    format!("`{key}` has {} numbers, but a colour has three", items.len());
                 return Err(Fault::new(message, value.span(), "not a colour", fix()));
             }
             for (channel, item) in color.iter_mut().zip(items.iter()) {
@@ -298,7 +411,8 @@ pub(super) fn color(key: &str, value: &Value) -> Result<[u8; 3], Fault> {
                     _ => None,
                 };
                 *channel = found.and_then(|n| u8::try_from(n).ok()).ok_or_else(|| {
-                    let message = format!("`{key}` has a channel that is not an integer from 0 to 255");
+                    let message =
+                        format!("`{key}` has a channel that is not an integer from 0 to 255");
                     Fault::new(message, item.span(), "not 0 to 255", fix())
                 })?;
             }
@@ -319,7 +433,8 @@ mod tests {
 
     #[test]
     fn distances_of_words() {
-        let cases = [("colour", "color", 1), ("centre", "center", 1), ("fra", "far", 1), ("", "far", 3)];
+        let cases =
+            [("colour", "color", 1), ("centre", "center", 1), ("fra", "far", 1), ("", "far", 3)];
         for (a, b, wanted) in cases {
             assert_eq!((distance(a, b), distance(b, a)), (wanted, wanted), "{a} {b}");
         }
@@ -328,7 +443,18 @@ mod tests {
 
     #[test]
     fn words_of_others_are_understood() {
-        let camera = ["projection", "origin", "view", "look_at", "up", "width", "height", "fov", "near", "far"];
+        let camera = [
+            "projection",
+            "origin",
+            "view",
+            "look_at",
+            "up",
+            "width",
+            "height",
+            "fov",
+            "near",
+            "far",
+        ];
         let cases = [
             ("eye", "origin"),
             ("position", "origin"),
@@ -376,7 +502,9 @@ mod tests {
         assert_eq!(meant("[camera]", &"view".repeat(100_000), &camera), None);
         // Every synonym leads to a key of its section.
         for (section, words, keys) in SYNONYMS {
-            let known = [&camera[..], &image, &sphere, &spheres, &["camera", "image", "sphere", "spheres"]].concat();
+            let known =
+                [&camera[..], &image, &sphere, &spheres, &["camera", "image", "sphere", "spheres"]]
+                    .concat();
             assert!(keys.iter().all(|key| known.contains(key)) && !words.is_empty(), "{section}");
         }
     }

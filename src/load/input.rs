@@ -28,13 +28,17 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
         return read_all(io::stdin().lock(), 0);
     }
     let unread = |error: io::Error| match OpenError::from(error) {
-        error @ OpenError::Missing => Refused::new(error.to_string(), "correct the name of the scene file"),
+        error @ OpenError::Missing => {
+            Refused::new(error.to_string(), "correct the name of the scene file")
+        }
         OpenError::Io(error) => Refused::new(error.to_string(), OpenError::fix(&error)),
         error @ OpenError::NotRegular(_) => Refused::new(error.to_string(), "name a regular file"),
     };
     let refuse = |metadata: &std::fs::Metadata| match special(metadata) {
         None | Some("a pipe") => Ok(()),
-        Some("a folder") => Err(Refused::new("is a folder", "name a scene file (TOML) instead of a folder")),
+        Some("a folder") => {
+            Err(Refused::new("is a folder", "name a scene file (TOML) instead of a folder"))
+        }
         Some(what) => {
             let fix = "name a scene file (TOML), or `-`, which is standard input";
             Err(Refused::new(format!("is {what}, not a file"), fix))
@@ -58,7 +62,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
 fn too_long() -> Refused {
     Refused::new(
         format!("is longer than {}", explain::bytes(LONGEST as u64)),
-        "put the spheres into arrays ([[spheres]], centers = \"centers.npy\"), which have no such limit",
+        "put the spheres into arrays ([[spheres]], centers = \"centers.npy\"), which have no such \
+         limit",
     )
 }
 
@@ -72,13 +77,20 @@ fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
     loop {
         if text.len() + piece.len() > text.capacity() {
             // Twice as much each time, so that little is moved.
-            room = room.max(text.len() + piece.len()).max(text.capacity().saturating_mul(2).min(LONGEST + STEP));
+            room = room
+                .max(text.len() + piece.len())
+                .max(text.capacity().saturating_mul(2).min(LONGEST + STEP));
             let length = text.len() as u64;
             let no_room = |available: Option<u64>| {
-                let there =
-                    available.map_or(String::new(), |bytes| format!(", and {} is available", explain::bytes(bytes)));
-                let words = format!("takes more than {} of memory to read{there}", explain::bytes(length));
-                Refused::new(words, "free some memory, or put the spheres into arrays, which are not copied")
+                let there = available.map_or(String::new(), |bytes| {
+                    format!(", and {} is available", explain::bytes(bytes))
+                });
+                let words =
+                    format!("takes more than {} of memory to read{there}", explain::bytes(length));
+                Refused::new(
+                    words,
+                    "free some memory, or put the spheres into arrays, which are not copied",
+                )
             };
             let more = room - text.len();
             memory::room(more as u64).map_err(|available| no_room(Some(available)))?;
@@ -89,17 +101,24 @@ fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
             Ok(read) => read,
             Err(error) if error.kind() == ErrorKind::Interrupted => continue,
             Err(error) if error.kind() == ErrorKind::TimedOut => {
-                return Err(Refused::new("is a pipe that nothing writes to", "start what writes to it first"));
+                return Err(Refused::new(
+                    "is a pipe that nothing writes to",
+                    "start what writes to it first",
+                ));
             }
-            Err(error) => return Err(Refused::new(error.to_string(), "make the scene file readable")),
+            Err(error) => {
+                return Err(Refused::new(error.to_string(), "make the scene file readable"));
+            }
         };
         let start = if text.is_empty() { &piece[..read] } else { &text[..] };
         if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = *start {
-            let fix = "save it as UTF-8 (in PowerShell: `... | Set-Content -Encoding utf8 FILE`, not `> FILE`)";
+            let fix = "save it as UTF-8 (in PowerShell: `... | Set-Content -Encoding utf8 FILE`, \
+                       not `> FILE`)";
             return Err(Refused::new("is UTF-16 text, but a scene file is UTF-8", fix));
         }
         if let Some(at) = piece[..read].iter().position(|&byte| byte == 0) {
-            // No text goes on after it: what is read shows where it stands, and what has no end is not read on.
+            // No text goes on after it: what is read shows where it stands, and what has no end is
+            // not read on.
             text.extend_from_slice(&piece[..=at]);
             return Ok(text);
         }
@@ -132,7 +151,11 @@ impl Read for Pipe {
                 Ok(0) if !self.written => return Err(ErrorKind::TimedOut.into()),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
                     self.written = true;
-                    let mut poll = libc::pollfd { fd: self.file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+                    let mut poll = libc::pollfd {
+                        fd: self.file.as_raw_fd(),
+                        events: libc::POLLIN,
+                        revents: 0,
+                    };
                     // SAFETY: one structure of the system's own layout, for a descriptor that is
                     // open.
                     if unsafe { libc::poll(&raw mut poll, 1, -1) } < 0 {

@@ -38,8 +38,9 @@ pub(super) const SMALL: u64 = 1 << 18;
 /// A file that is in use has changed: nothing that was drawn meanwhile is right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{}: the file changed while it was in use, so that no picture of it is right\nfix: draw again when it is \
-     finished; a file that is in use is best replaced by writing another one and renaming that over it",
+    "{}: the file changed while it was in use, so that no picture of it is right\n\
+     fix: draw again when it is finished; a file that is in use is best replaced by writing \
+     another one and renaming that over it",
     crate::text::name(.path)
 )]
 pub struct ChangedFile {
@@ -71,7 +72,9 @@ impl OpenError {
     /// What to do where it is not the name that is wrong.
     pub fn fix(error: &io::Error) -> &'static str {
         match error.kind() {
-            ErrorKind::OutOfMemory => "raise the limit of memory (`ulimit -v`), or draw fewer spheres at a time",
+            ErrorKind::OutOfMemory => {
+                "raise the limit of memory (`ulimit -v`), or draw fewer spheres at a time"
+            }
             #[cfg(unix)]
             _ if matches!(error.raw_os_error(), Some(libc::EMFILE | libc::ENFILE)) => {
                 "raise the limit of open files (`ulimit -n`), or join arrays"
@@ -106,12 +109,16 @@ pub(super) fn special(metadata: &Metadata) -> Option<&'static str> {
 /// Opens a file that must be regular, and never waits: what is at the name is looked at before and
 /// after.
 pub(super) fn open_regular(path: &Path) -> Result<(File, Metadata), OpenError> {
-    let refuse = |metadata: Metadata| special(&metadata).map_or(Ok(metadata), |what| Err(OpenError::NotRegular(what)));
+    let refuse = |metadata: Metadata| {
+        special(&metadata).map_or(Ok(metadata), |what| Err(OpenError::NotRegular(what)))
+    };
     // To open a pipe or a device can have effects of its own.
     refuse(fs::metadata(path)?)?;
     let file = match open_at_once(path) {
         #[cfg(unix)]
-        Err(error) if error.raw_os_error() == Some(libc::EMFILE) && more_descriptors() => open_at_once(path)?,
+        Err(error) if error.raw_os_error() == Some(libc::EMFILE) && more_descriptors() => {
+            open_at_once(path)?
+        }
         other => other?,
     };
     let metadata = refuse(file.metadata()?)?;
@@ -123,7 +130,10 @@ pub(super) fn open_at_once(path: &Path) -> io::Result<File> {
     let mut options = fs::OpenOptions::new();
     options.read(true);
     #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
+    std::os::unix::fs::OpenOptionsExt::custom_flags(
+        &mut options,
+        libc::O_NONBLOCK | libc::O_NOCTTY,
+    );
     options.open(path)
 }
 
@@ -184,7 +194,9 @@ impl Identity {
 
     #[cfg(not(unix))]
     fn of(metadata: &Metadata) -> Self {
-        let since = |time: std::time::SystemTime| time.duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        let since = |time: std::time::SystemTime| {
+            time.duration_since(std::time::UNIX_EPOCH).unwrap_or_default()
+        };
         let modified = metadata.modified().map_or((0, 0), |time| {
             let since = since(time);
             (since.as_secs() as i64, i64::from(since.subsec_nanos()))
@@ -198,7 +210,8 @@ impl Identity {
         if (self.length, self.modified) != (now.length, now.modified) {
             return true;
         }
-        let renamed = || fs::metadata(path).map_or(true, |there| Self::of(&there).place != self.place);
+        let renamed =
+            || fs::metadata(path).map_or(true, |there| Self::of(&there).place != self.place);
         self.changed != now.changed && self.links == now.links && !renamed()
     }
 }
@@ -298,7 +311,8 @@ impl Mapped {
 pub(super) fn read_whole(path: &Path, file: &File) -> Result<Vec<u8>, ReadError> {
     for _ in 0..3 {
         let before = settle(file)?;
-        let length = usize::try_from(before.length).map_err(|_| io::Error::from(ErrorKind::OutOfMemory))?;
+        let length =
+            usize::try_from(before.length).map_err(|_| io::Error::from(ErrorKind::OutOfMemory))?;
         let bytes = read_at(file, length, 0)?;
         let after = Identity::of(&file.metadata()?);
         if bytes.len() == length && !before.differs(&after, path) {
@@ -374,7 +388,8 @@ mod guard {
         pub fn new(map: &memmap2::Mmap) -> Self {
             static HANDLER: Once = Once::new();
             HANDLER.call_once(install);
-            let free = |slot: &&Slot| slot.taken.compare_exchange(false, true, SeqCst, SeqCst).is_ok();
+            let free =
+                |slot: &&Slot| slot.taken.compare_exchange(false, true, SeqCst, SeqCst).is_ok();
             let slot = slots().find(free).unwrap_or_else(fresh);
             slot.lost.store(false, SeqCst);
             slot.start.store(map.as_ptr() as usize, SeqCst);
@@ -470,13 +485,16 @@ mod guard {
         // SAFETY: exactly the pages of a mapping of ours, which the thread that stands at the fault
         // holds: nobody unmaps it. Others may read there at the same time, and find the file's
         // numbers or zeros.
-        let zeros = unsafe { libc::mmap(start as *mut c_void, length, libc::PROT_READ, flags, -1, 0) };
+        let zeros =
+            unsafe { libc::mmap(start as *mut c_void, length, libc::PROT_READ, flags, -1, 0) };
         zeros as usize == start
     }
 
     /// Does what would have been done without this handler.
     fn pass_on(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
-        let former = FORMER.get().map_or((libc::SIG_DFL, 0), |former| (former.sa_sigaction, former.sa_flags));
+        let former = FORMER
+            .get()
+            .map_or((libc::SIG_DFL, 0), |former| (former.sa_sigaction, former.sa_flags));
         // SAFETY: an address that is neither of the two is a handler that somebody installed, of
         // the form its flags say.
         unsafe {
@@ -488,7 +506,8 @@ mod guard {
                     libc::raise(signal);
                 }
                 (handler, flags) if flags & libc::SA_SIGINFO != 0 => {
-                    let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) = std::mem::transmute(handler);
+                    let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) =
+                        std::mem::transmute(handler);
                     handler(signal, info, context);
                 }
                 (handler, _) => {
@@ -503,7 +522,12 @@ mod guard {
     fn errno() -> (*mut c_int, c_int) {
         // SAFETY: the C library's own place for it.
         unsafe {
-            #[cfg(any(target_os = "linux", target_os = "emscripten", target_os = "redox", target_os = "hurd"))]
+            #[cfg(any(
+                target_os = "linux",
+                target_os = "emscripten",
+                target_os = "redox",
+                target_os = "hurd"
+            ))]
             let place = libc::__errno_location();
             #[cfg(any(target_os = "android", target_os = "netbsd", target_os = "openbsd"))]
             let place = libc::__errno();
@@ -539,8 +563,12 @@ mod tests {
             ("one byte written", true, |path| {
                 fs::OpenOptions::new().write(true).open(path).unwrap().write_all(b"x").unwrap()
             }),
-            ("cut short", true, |path| fs::OpenOptions::new().write(true).open(path).unwrap().set_len(5).unwrap()),
-            ("longer", true, |path| fs::OpenOptions::new().append(true).open(path).unwrap().write_all(b"x").unwrap()),
+            ("cut short", true, |path| {
+                fs::OpenOptions::new().write(true).open(path).unwrap().set_len(5).unwrap()
+            }),
+            ("longer", true, |path| {
+                fs::OpenOptions::new().append(true).open(path).unwrap().write_all(b"x").unwrap()
+            }),
             ("written again", true, |path| fs::write(path, vec![7; 1 << 20]).unwrap()),
             ("renamed over", false, |path| {
                 fs::write(path.with_extension("new"), vec![8; 1 << 20]).unwrap();
@@ -584,7 +612,12 @@ mod tests {
         for round in 0..200u8 {
             fs::write(&path, vec![round; 4096]).unwrap();
             let map = mapped(&path);
-            fs::OpenOptions::new().write(true).open(&path).unwrap().write_all(&[round + 1]).unwrap();
+            fs::OpenOptions::new()
+                .write(true)
+                .open(&path)
+                .unwrap()
+                .write_all(&[round + 1])
+                .unwrap();
             assert!(map.changed().is_some(), "round {round}");
         }
     }
@@ -616,7 +649,9 @@ mod tests {
     fn only_regular_files_are_opened() {
         let folder = tempfile::tempdir().unwrap();
         let _socket = std::os::unix::net::UnixListener::bind(folder.path().join("socket")).unwrap();
-        for (path, wanted) in [("/dev/null", "a device"), ("/dev/zero", "a device"), ("/", "a folder")] {
+        for (path, wanted) in
+            [("/dev/null", "a device"), ("/dev/zero", "a device"), ("/", "a folder")]
+        {
             let error = open_regular(Path::new(path)).expect_err("not a regular file");
             assert_eq!(error.to_string(), format!("is {wanted}, not a regular file"));
         }

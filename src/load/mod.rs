@@ -1,7 +1,9 @@
-//! Files in: a scene file (TOML) and the NumPy arrays it names become a scene, a camera and an image size.
+//! Files in: a scene file (TOML) and the NumPy arrays it names become a scene, a camera and an
+//! image size.
 //!
-//! Nothing is clamped, dropped or guessed: what has no picture is refused with the file, line, column and the fix.
-//! Only this module reads files, parts of pictures ([`part()`]) included; the command line and the window are its callers.
+//! Nothing is clamped, dropped or guessed: what has no picture is refused with the file, line,
+//! column and the fix. Only this module reads files, parts of pictures ([`part()`]) included; the
+//! command line and the window are its callers.
 
 use std::{
     panic::{self, AssertUnwindSafe},
@@ -101,32 +103,47 @@ impl Loaded {
     }
 }
 
-/// Loads a scene file; `-` is standard input. Arrays are found relative to the file's folder (of `-`, the current
-/// folder). Large ones stay mapped: whoever draws asks [`Watch::changed`] before the picture is used.
+/// Loads a scene file; `-` is standard input. Arrays are found relative to the file's folder (of
+/// `-`, the current folder). Large ones stay mapped: whoever draws asks [`Watch::changed`] before
+/// the picture is used.
 ///
 /// # Errors
 /// The first thing in the file, or in its arrays, that has no picture.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     let from_stdin = path == Path::new("-");
     let name = if from_stdin { "<stdin>".into() } else { text::name(path) };
-    let bytes = input::read(path).map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
+    let bytes = input::read(path)
+        .map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let byte = error.as_bytes().get(at).copied().unwrap_or_default();
-        let message =
-            format!("the scene file is not UTF-8 text: it has the byte 0x{byte:02x} where a character begins");
-        let fault =
-            report::Fault::new(message, at..at, "not UTF-8", "save it as UTF-8, not as Latin-1 or another encoding");
+        let message = format!(
+            "the scene file is not UTF-8 text: it has the byte 0x{byte:02x} where a \
+                     character begins"
+        );
+        let fault = report::Fault::new(
+            message,
+            at..at,
+            "not UTF-8",
+            "save it as UTF-8, not as Latin-1 or \
+                another encoding",
+        );
         fault.into_error(&name, &String::from_utf8_lossy(error.as_bytes()))
     })?;
     let text = text.trim_start_matches('\u{feff}');
     if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
         let (problem, fix) = match text.trim().is_empty() {
-            true if from_stdin => ("nothing came in", "see why what was to write the scene has written nothing"),
-            true => ("is empty", "write a scene into it (see the files in scenes/), or name another file"),
-            false => {
-                ("holds nothing but comments", "write a scene into it: [[sphere]] tables, and [camera] if need be")
+            true if from_stdin => {
+                ("nothing came in", "see why what was to write the scene has written nothing")
             }
+            true => (
+                "is empty",
+                "write a scene into it (see the files in scenes/), or name another file",
+            ),
+            false => (
+                "holds nothing but comments",
+                "write a scene into it: [[sphere]] tables, and [camera] if need be",
+            ),
         };
         return Err(LoadError::of_file(&name, problem, fix));
     }
@@ -134,7 +151,8 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     from_text(&name, text, folder)
 }
 
-/// Loads a scene from the text of a scene file. `name` is for messages; arrays are found relative to `folder`.
+/// Loads a scene from the text of a scene file. `name` is for messages; arrays are found relative
+/// to `folder`.
 ///
 /// # Errors
 /// As [`load`].

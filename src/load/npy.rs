@@ -74,7 +74,9 @@ impl Descr {
                     _ => digits.parse().ok(),
                 }
             }
-            Self::Record(fields) => fields.iter().try_fold(0usize, |sum, field| sum.checked_add(field.size()?)),
+            Self::Record(fields) => {
+                fields.iter().try_fold(0usize, |sum, field| sum.checked_add(field.size()?))
+            }
         }
     }
 
@@ -83,7 +85,9 @@ impl Descr {
         let Self::Record(fields) = self else { return false };
         fields.len() == names_and_types.len()
             && fields.iter().zip(names_and_types).all(|(field, (name, code))| {
-                field.name == *name && field.shape.is_empty() && field.descr == Self::One((*code).into())
+                field.name == *name
+                    && field.shape.is_empty()
+                    && field.descr == Self::One((*code).into())
             })
     }
 }
@@ -97,18 +101,22 @@ impl Field {
 
 /// What a file is that is no array, by its first bytes.
 fn other_format(whole: &[u8]) -> Option<Refused> {
-    let refused = |words: &str, fix: &str| Some(Refused::new(format!("is not an .npy file: {words}"), fix));
+    let refused =
+        |words: &str, fix: &str| Some(Refused::new(format!("is not an .npy file: {words}"), fix));
     match whole {
         [b'P', b'K', 3 | 5, ..] => refused(
             "it is a zip archive, as numpy.savez writes",
-            "name an .npy file: load the archive with numpy.load, and give the one array of it that is meant here to \
-             numpy.save",
+            "name an .npy file: load the archive with numpy.load, and give the one array of it \
+             that is meant here to numpy.save",
         ),
         [0x1f, 0x8b, ..] => refused("it is compressed", "unpack it with gunzip"),
-        [0x80, 2..=5, ..] => refused("it is a pickle", "load it with pickle.load, and give the array to numpy.save"),
-        [0x89, b'H', b'D', b'F', ..] => {
-            refused("it is an HDF5 file", "load the data set that is meant with h5py, and give it to numpy.save")
+        [0x80, 2..=5, ..] => {
+            refused("it is a pickle", "load it with pickle.load, and give the array to numpy.save")
         }
+        [0x89, b'H', b'D', b'F', ..] => refused(
+            "it is an HDF5 file",
+            "load the data set that is meant with h5py, and give it to numpy.save",
+        ),
         _ => None,
     }
 }
@@ -117,7 +125,10 @@ fn other_format(whole: &[u8]) -> Option<Refused> {
 /// a shorter one.
 pub(super) fn extent(whole: &[u8]) -> Result<(usize, usize), Refused> {
     let bad = |words: &str| {
-        Refused::new(format!("is not an .npy file: {words}"), "write the array with numpy.save(name, array)")
+        Refused::new(
+            format!("is not an .npy file: {words}"),
+            "write the array with numpy.save(name, array)",
+        )
     };
     let cut = || bad("the header is cut short");
     if whole.is_empty() {
@@ -141,7 +152,10 @@ pub(super) fn extent(whole: &[u8]) -> Result<(usize, usize), Refused> {
 /// Reads the header, and says where the numbers begin.
 pub(super) fn header(whole: &[u8]) -> Result<(Header, usize), Refused> {
     let bad = |words: &str| {
-        Refused::new(format!("is not an .npy file: {words}"), "write the array with numpy.save(name, array)")
+        Refused::new(
+            format!("is not an .npy file: {words}"),
+            "write the array with numpy.save(name, array)",
+        )
     };
     let (start, end) = extent(whole)?;
     let text = whole.get(start..end).ok_or_else(|| bad("the header is cut short"))?;
@@ -155,10 +169,16 @@ pub(super) fn header(whole: &[u8]) -> Result<(Header, usize), Refused> {
         Some(Literal::Dict(entries)) => entries,
         _ => return Err(bad("its header is no Python dict")),
     };
-    let get = |key: &str| entries.iter().find(|(k, _)| matches!(k, Literal::Text(text) if text == key)).map(|(_, v)| v);
+    let get = |key: &str| {
+        entries
+            .iter()
+            .find(|(k, _)| matches!(k, Literal::Text(text) if text == key))
+            .map(|(_, v)| v)
+    };
     let descr = get("descr").ok_or_else(|| bad("its header has no 'descr'"))?;
     let descr = descr.descr().ok_or_else(|| bad("its header has no 'descr' that is a type"))?;
-    let shape = get("shape").and_then(Literal::lengths).ok_or_else(|| bad("its header has no 'shape'"))?;
+    let shape =
+        get("shape").and_then(Literal::lengths).ok_or_else(|| bad("its header has no 'shape'"))?;
     let Some(Literal::Truth(fortran)) = get("fortran_order") else {
         return Err(bad("its header has no 'fortran_order'"));
     };
@@ -190,8 +210,10 @@ impl Literal {
         let depth = depth.checked_sub(1)?;
         let mut chars = text.chars();
         match chars.next()? {
-            '(' => Self::items(chars.as_str(), ')', depth).map(|(items, rest)| (Self::List(items), rest)),
-            '[' => Self::items(chars.as_str(), ']', depth).map(|(items, rest)| (Self::List(items), rest)),
+            '(' => Self::items(chars.as_str(), ')', depth)
+                .map(|(items, rest)| (Self::List(items), rest)),
+            '[' => Self::items(chars.as_str(), ']', depth)
+                .map(|(items, rest)| (Self::List(items), rest)),
             '{' => Self::entries(chars.as_str(), depth),
             'b' | 'u' if text[1..].starts_with(['\'', '"']) => Self::text(&text[1..]),
             '\'' | '"' => Self::text(text),
@@ -199,7 +221,10 @@ impl Literal {
                 let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
                 let rest = &text[end..];
                 // Python 2 wrote an L after long integers.
-                Some((Self::Number(text[..end].parse().ok()?), rest.strip_prefix('L').unwrap_or(rest)))
+                Some((
+                    Self::Number(text[..end].parse().ok()?),
+                    rest.strip_prefix('L').unwrap_or(rest),
+                ))
             }
             _ => [("True", true), ("False", false)]
                 .into_iter()
@@ -231,7 +256,8 @@ impl Literal {
                 return Some((Self::Dict(entries), rest));
             }
             let (key, after) = Self::first(rest, depth)?;
-            let (value, after) = Self::first(after.trim_start().strip_prefix(':')?.trim_start(), depth)?;
+            let (value, after) =
+                Self::first(after.trim_start().strip_prefix(':')?.trim_start(), depth)?;
             entries.push((key, value));
             rest = after.trim_start();
             match rest.strip_prefix(',') {
@@ -283,14 +309,17 @@ impl Literal {
 
     fn lengths(&self) -> Option<Vec<usize>> {
         let Self::List(items) = self else { return None };
-        let length = |item: &Self| if let Self::Number(n) = item { usize::try_from(*n).ok() } else { None };
+        let length =
+            |item: &Self| if let Self::Number(n) = item { usize::try_from(*n).ok() } else { None };
         items.iter().map(length).collect()
     }
 
     fn descr(&self) -> Option<Descr> {
         match self {
             Self::Text(code) => Some(Descr::One(code.clone())),
-            Self::List(items) => items.iter().map(Self::field).collect::<Option<_>>().map(Descr::Record),
+            Self::List(items) => {
+                items.iter().map(Self::field).collect::<Option<_>>().map(Descr::Record)
+            }
             _ => None,
         }
     }
@@ -424,7 +453,9 @@ impl Number {
             (Kind::Float, 2) => (f16::from_bits(wide as u16).to_f64(), true),
             (Kind::Float, 4) | (Kind::Complex, 8) => (f64::from(f32::from_bits(wide as u32)), true),
             (Kind::Float | Kind::Complex, _) => (f64::from_bits(wide), true),
-            (Kind::LongDouble, _) => extended(wide, u16::from_le_bytes([little[8], little[9]])).unwrap_or((0.0, false)),
+            (Kind::LongDouble, _) => {
+                extended(wide, u16::from_le_bytes([little[8], little[9]])).unwrap_or((0.0, false))
+            }
         }
     }
 }
@@ -456,7 +487,9 @@ fn extended(fraction: u64, sign_and_exponent: u16) -> Option<(f64, bool)> {
     let power = power.clamp(-2200, 2200);
     // Of an exact one each step is exact: the first two stay among normal numbers.
     let third = power / 3;
-    let scaled = [third, third, power - 2 * third].iter().fold(odd as f64, |value, &p| value * f64::powi(2.0, p));
+    let scaled = [third, third, power - 2 * third]
+        .iter()
+        .fold(odd as f64, |value, &p| value * f64::powi(2.0, p));
     Some((sign * scaled, exact))
 }
 
@@ -501,13 +534,22 @@ mod tests {
             shape: shape.into(),
         };
         let cases = [
-            ("{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }   \n", one("<f4"), false, vec![2, 3]),
+            (
+                "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }   \n",
+                one("<f4"),
+                false,
+                vec![2, 3],
+            ),
             ("{\"shape\":(3L,),'fortran_order':True,'descr':'|u1'}", one("|u1"), true, vec![3]),
             ("{'descr': '<f8', 'fortran_order': False, 'shape': (), }", one("<f8"), false, vec![]),
             (
-                "{'descr': [('shape', '<f4'), (('a title', 'descr'), '>i2', (3,)), ('it\\'s', '|V4')], 'fortran_order': \
-                 False, 'shape': (7,), }",
-                Descr::Record(vec![field("shape", "<f4", &[]), field("descr", ">i2", &[3]), field("it's", "|V4", &[])]),
+                "{'descr': [('shape', '<f4'), (('a title', 'descr'), '>i2', (3,)), ('it\\'s', \
+                 '|V4')], 'fortran_order': False, 'shape': (7,), }",
+                Descr::Record(vec![
+                    field("shape", "<f4", &[]),
+                    field("descr", ">i2", &[3]),
+                    field("it's", "|V4", &[]),
+                ]),
                 false,
                 vec![7],
             ),
@@ -516,11 +558,21 @@ mod tests {
             for version in [1, 2, 3] {
                 let bytes = file(text, version);
                 let (found, end) = header(&bytes).unwrap();
-                assert_eq!(found, Header { descr: descr.clone(), fortran, shape: shape.clone() }, "{text}");
+                assert_eq!(
+                    found,
+                    Header { descr: descr.clone(), fortran, shape: shape.clone() },
+                    "{text}"
+                );
                 assert_eq!(end, bytes.len());
             }
         }
-        let sizes = [("<f4", Some(4)), ("|U7", Some(28)), ("|O", Some(8)), ("<M8[ns]", Some(8)), ("x", None)];
+        let sizes = [
+            ("<f4", Some(4)),
+            ("|U7", Some(28)),
+            ("|O", Some(8)),
+            ("<M8[ns]", Some(8)),
+            ("x", None),
+        ];
         for (code, size) in sizes {
             assert_eq!(one(code).size(), size, "{code}");
         }
@@ -551,7 +603,9 @@ mod tests {
             b"\x93NUMPY\x02\x00\xff\xff\xff\xff",
             b"\x93NUMPY\x09\x00\x00\x00",
         ] {
-            assert!(header(bytes).expect_err("no header").words.starts_with("is not an .npy file: "));
+            assert!(
+                header(bytes).expect_err("no header").words.starts_with("is not an .npy file: ")
+            );
         }
     }
 
@@ -587,7 +641,10 @@ mod tests {
     fn extended_numbers() {
         let one = 0x8000_0000_0000_0000;
         assert_eq!(extended(one, 0x3fff), Some((1.0, true)));
-        assert_eq!(extended(0, 0x8000).map(|(zero, exact)| (zero.is_sign_negative(), exact)), Some((true, true)));
+        assert_eq!(
+            extended(0, 0x8000).map(|(zero, exact)| (zero.is_sign_negative(), exact)),
+            Some((true, true))
+        );
         assert_eq!(extended(one, 0x7fff), Some((f64::INFINITY, true)));
         assert!(extended(one | 5, 0x7fff).unwrap().0.is_nan());
         // The least and the greatest 64-bit float, and what is beyond.

@@ -1,4 +1,5 @@
-//! Reads parts of pictures: NumPy archives as [`crate::part::write`] describes them, mapped, checked once from end to end.
+//! Reads parts of pictures: NumPy archives as [`crate::part::write`] describes them, mapped,
+//! checked once from end to end.
 
 use std::{
     io,
@@ -26,7 +27,8 @@ use crate::{
 };
 
 /// What to do about a file that is no part, or no longer one.
-const FIX: &str = "write it with `planisphere render SCENE --visibility FILE.npz`, and copy it whole";
+const FIX: &str =
+    "write it with `planisphere render SCENE --visibility FILE.npz`, and copy it whole";
 
 /// What is wrong, and the fix.
 type Problem = (String, &'static str);
@@ -46,7 +48,8 @@ pub fn part(path: &Path) -> Result<Part, LoadError> {
 /// # Errors
 /// As [`part`].
 pub fn parts(paths: &[PathBuf]) -> Result<(Vec<Part>, Watch), LoadError> {
-    let read: Vec<_> = paths.par_iter().map(|path| watched(path)).collect::<Result<_, LoadError>>()?;
+    let read: Vec<_> =
+        paths.par_iter().map(|path| watched(path)).collect::<Result<_, LoadError>>()?;
     let (parts, files) = read.into_iter().unzip();
     Ok((parts, Watch(files)))
 }
@@ -54,7 +57,8 @@ pub fn parts(paths: &[PathBuf]) -> Result<(Vec<Part>, Watch), LoadError> {
 fn watched(path: &Path) -> Result<(Part, Arc<Mapped>), LoadError> {
     let name = text::name(path);
     let refused = |problem: String, fix: &str| LoadError::of_file(&name, problem, fix);
-    let unread = |error: io::Error| refused(format!("cannot be read: {error}"), OpenError::fix(&error));
+    let unread =
+        |error: io::Error| refused(format!("cannot be read: {error}"), OpenError::fix(&error));
     let (file, metadata) = open_regular(path).map_err(|error| match error {
         OpenError::Missing => refused(error.to_string(), "correct the name of the part"),
         OpenError::NotRegular(_) => refused(error.to_string(), FIX),
@@ -79,7 +83,8 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
     let mut archive = Archive { archive, whole };
     let [version] = archive.integers("version", &[])?;
     if version != VERSION {
-        let problem = format!("is a part of format {version}; this planisphere reads format {VERSION}");
+        let problem =
+            format!("is a part of format {version}; this planisphere reads format {VERSION}");
         return Err((problem, "merge with the version of planisphere that wrote it"));
     }
     let meta = meta(&mut archive)?;
@@ -101,7 +106,9 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
     let indices = archive.entry("indices")?;
     let [count] = indices.shape[..] else { return Err(wrong("indices")) };
     let numbers = archive.numbers(&indices, "indices", "<i8", &[count], i64::from_le_bytes)?;
-    let inside = |index: i64| meta.ranges.iter().any(|range| (range.start as i64..range.end as i64).contains(&index));
+    let inside = |index: i64| {
+        meta.ranges.iter().any(|range| (range.start as i64..range.end as i64).contains(&index))
+    };
     if !(numbers.is_sorted_by(|a, b| a < b) && numbers.iter().all(|&index| inside(index))) {
         return Err(wrong("indices"));
     }
@@ -117,8 +124,10 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
     };
     let within = |scene: Scene| {
         let (own, all) = (scene.bounds(), meta.bounds?);
-        let inside = own.min_center.cmpge(all.min_center).all() && own.max_center.cmple(all.max_center).all();
-        (inside && own.min_radius >= all.min_radius && own.max_radius <= all.max_radius).then_some(())
+        let inside = own.min_center.cmpge(all.min_center).all()
+            && own.max_center.cmple(all.max_center).all();
+        (inside && own.min_radius >= all.min_radius && own.max_radius <= all.max_radius)
+            .then_some(())
     };
     let scene = Scene::new(vec![spheres.clone()]).map_err(|error| (error.to_string(), FIX))?;
     if count > 0 && within(scene).is_none() {
@@ -130,13 +139,15 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
 /// Everything but pixels and spheres.
 fn meta(archive: &mut Archive) -> Result<Meta, Problem> {
     let image: [i64; 2] = archive.integers("image", &[2])?;
-    let [width, height] = image.map(|side| u32::try_from(side).ok().filter(|side| (1..=MAX_SIDE).contains(side)));
+    let [width, height] =
+        image.map(|side| u32::try_from(side).ok().filter(|side| (1..=MAX_SIDE).contains(side)));
     let (Some(width), Some(height)) = (width, height) else { return Err(wrong("image")) };
     let image = ImageSize { width, height };
     let region: [i64; 4] = archive.integers("region", &[4])?;
     let [x, y, width, height] = region.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
-    let fits =
-        |from: u32, length: u32, side: u32| length > 0 && from.checked_add(length).is_some_and(|end| end <= side);
+    let fits = |from: u32, length: u32, side: u32| {
+        length > 0 && from.checked_add(length).is_some_and(|end| end <= side)
+    };
     if !(fits(x, width, image.width) && fits(y, height, image.height)) {
         return Err(wrong("region"));
     }
@@ -162,7 +173,8 @@ fn meta(archive: &mut Archive) -> Result<Meta, Problem> {
     let ranges = archive.entry("ranges")?;
     let [count, 2] = ranges.shape[..] else { return Err(wrong("ranges")) };
     let ends = archive.numbers(&ranges, "ranges", "<i8", &[count, 2], i64::from_le_bytes)?;
-    let ends: Vec<u64> = ends.into_iter().map(|end| u64::try_from(end).unwrap_or(u64::MAX)).collect();
+    let ends: Vec<u64> =
+        ends.into_iter().map(|end| u64::try_from(end).unwrap_or(u64::MAX)).collect();
     let ranges: Vec<Range<u64>> = ends.chunks_exact(2).map(|ends| ends[0]..ends[1]).collect();
     let sound = ranges.iter().all(|range| range.start < range.end && range.end <= i64::MAX as u64);
     if !sound || !ranges.is_sorted_by(|a, b| a.end < b.start) {
@@ -212,7 +224,8 @@ impl Archive<'_> {
         let missing = || (format!("is no part of a picture: it has no array `{name}`"), FIX);
         let index = self.archive.index_for_name(&format!("{name}.npy")).ok_or_else(missing)?;
         let compressed = || {
-            let fix = "leave the archive as it was written, or save it with numpy.savez, not savez_compressed";
+            let fix = "leave the archive as it was written, or save it with numpy.savez, not \
+                       savez_compressed";
             (format!("its array `{name}` is compressed"), fix)
         };
         let mut file = self.archive.by_index(index).map_err(|error| match error {
@@ -227,7 +240,8 @@ impl Archive<'_> {
             let start = usize::try_from(start).ok()?;
             Some(start..start.checked_add(usize::try_from(file.size()).ok()?)?)
         });
-        let place = place.filter(|place| place.end <= self.whole.len()).ok_or_else(|| wrong(name))?;
+        let place =
+            place.filter(|place| place.end <= self.whole.len()).ok_or_else(|| wrong(name))?;
         let (Header { descr, fortran, shape }, offset) =
             header(&self.whole[place.clone()]).map_err(|refused| damaged(&refused.words))?;
         if fortran {
@@ -247,10 +261,18 @@ impl Archive<'_> {
     ) -> Result<Vec<T>, Problem> {
         let count = shape.iter().try_fold(1usize, |count, &n| count.checked_mul(n));
         let length = count.and_then(|count| count.checked_mul(N));
-        if entry.descr != Descr::One(descr.into()) || entry.shape != shape || length != Some(entry.data.len()) {
+        if entry.descr != Descr::One(descr.into())
+            || entry.shape != shape
+            || length != Some(entry.data.len())
+        {
             return Err(wrong(name));
         }
-        Ok(self.whole[entry.data.clone()].as_chunks::<N>().0.par_iter().map(|&bytes| read(bytes)).collect())
+        Ok(self.whole[entry.data.clone()]
+            .as_chunks::<N>()
+            .0
+            .par_iter()
+            .map(|&bytes| read(bytes))
+            .collect())
     }
 
     fn array<T: Send, const N: usize>(
@@ -264,7 +286,11 @@ impl Archive<'_> {
         self.numbers(&entry, name, descr, shape, read)
     }
 
-    fn integers<const N: usize>(&mut self, name: &str, shape: &[usize]) -> Result<[i64; N], Problem> {
+    fn integers<const N: usize>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+    ) -> Result<[i64; N], Problem> {
         self.array(name, "<i8", shape, i64::from_le_bytes)?.try_into().map_err(|_| wrong(name))
     }
 

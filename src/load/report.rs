@@ -1,4 +1,5 @@
-//! What is wrong with an input, where, and what to do: one error type that prints itself with the line and a caret.
+//! What is wrong with an input, where, and what to do: one error type that prints itself with the
+//! line and a caret.
 
 use std::{fmt, io, ops::Range};
 
@@ -31,7 +32,12 @@ impl Fault {
         label: impl Into<String>,
         fix: impl Into<String>,
     ) -> Self {
-        Self(Box::new(Parts { message: message.into(), place: (span, label.into()), other: None, fix: fix.into() }))
+        Self(Box::new(Parts {
+            message: message.into(),
+            place: (span, label.into()),
+            other: None,
+            fix: fix.into(),
+        }))
     }
 
     /// Adds a second place.
@@ -60,8 +66,9 @@ impl Fault {
         let (excerpt, spans) = Excerpt::new(name, text, &spans);
         let styles = [LabelStyle::Primary, LabelStyle::Secondary];
         let labels = styles.into_iter().zip(spans).zip(places);
-        let labels = labels
-            .map(|((style, span), (_, words))| Label::new(style, (), span).with_message(text::within(&words, 100)));
+        let labels = labels.map(|((style, span), (_, words))| {
+            Label::new(style, (), span).with_message(text::within(&words, 100))
+        });
         let diagnostic = Diagnostic::error()
             .with_message(text::within(&message, LONGEST))
             .with_labels(labels.collect())
@@ -102,10 +109,16 @@ impl Excerpt {
     /// Takes the lines of some places out of a text, and says where the places are in them. Of a
     /// place over several lines only the first line is taken.
     fn new(name: &str, text: &str, places: &[Range<usize>]) -> (Self, Vec<Range<usize>>) {
-        let mut excerpt =
-            Self { name: text::within(name, LONGEST), lines: Vec::new(), source: String::new(), columns: Vec::new() };
-        let starts: Vec<usize> =
-            places.iter().map(|span| text[..span.start].rfind('\n').map_or(0, |at| at + 1)).collect();
+        let mut excerpt = Self {
+            name: text::within(name, LONGEST),
+            lines: Vec::new(),
+            source: String::new(),
+            columns: Vec::new(),
+        };
+        let starts: Vec<usize> = places
+            .iter()
+            .map(|span| text[..span.start].rfind('\n').map_or(0, |at| at + 1))
+            .collect();
         let mut shown = places.to_vec();
         let mut order: Vec<usize> = starts.clone();
         order.sort_unstable();
@@ -114,7 +127,10 @@ impl Excerpt {
             // The writer of reports sees a gap where two numbers of lines are left out.
             if !excerpt.lines.is_empty() {
                 for _ in 0..2 {
-                    excerpt.lines.push(Line { number: 0, range: excerpt.source.len()..excerpt.source.len() });
+                    excerpt.lines.push(Line {
+                        number: 0,
+                        range: excerpt.source.len()..excerpt.source.len(),
+                    });
                     excerpt.source.push('\n');
                 }
             }
@@ -123,7 +139,9 @@ impl Excerpt {
             let here: Vec<usize> = (0..places.len()).filter(|&k| starts[k] == start).collect();
             let spans: Vec<Range<usize>> = here
                 .iter()
-                .map(|&k| places[k].start.min(end)..places[k].end.min(end).max(places[k].start.min(end)))
+                .map(|&k| {
+                    places[k].start.min(end)..places[k].end.min(end).max(places[k].start.min(end))
+                })
                 .collect();
             let number = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
             for (k, found) in here.iter().zip(excerpt.line(number, text, start..end, &spans)) {
@@ -134,14 +152,24 @@ impl Excerpt {
     }
 
     /// Adds a line, and says where the places are in it.
-    fn line(&mut self, number: usize, text: &str, line: Range<usize>, places: &[Range<usize>]) -> Vec<Range<usize>> {
+    fn line(
+        &mut self,
+        number: usize,
+        text: &str,
+        line: Range<usize>,
+        places: &[Range<usize>],
+    ) -> Vec<Range<usize>> {
         let begin = self.source.len();
         let mut kept: Vec<Range<usize>> = Vec::new();
         if text[line.clone()].chars().take(WHOLE + 1).count() <= WHOLE {
             kept.push(line.clone());
         } else {
             let back = |from: usize, n: usize| {
-                text[line.start..from].char_indices().rev().nth(n - 1).map_or(line.start, |(at, _)| line.start + at)
+                text[line.start..from]
+                    .char_indices()
+                    .rev()
+                    .nth(n - 1)
+                    .map_or(line.start, |(at, _)| line.start + at)
             };
             let forth = |from: usize, n: usize| {
                 text[from..line.end].char_indices().nth(n).map_or(line.end, |(at, _)| from + at)
@@ -186,7 +214,9 @@ impl Excerpt {
         let range = begin..self.source.len();
         self.source.push('\n');
         self.lines.push(Line { number, range: range.clone() });
-        let find = |edge: usize| stand.iter().find(|(from, _)| *from == edge).map_or(range.end, |(_, to)| *to);
+        let find = |edge: usize| {
+            stand.iter().find(|(from, _)| *from == edge).map_or(range.end, |(_, to)| *to)
+        };
         places
             .iter()
             .map(|span| {
@@ -222,7 +252,9 @@ impl<'a> files::Files<'a> for Excerpt {
     fn column_number(&'a self, (): (), index: usize, byte: usize) -> Result<usize, files::Error> {
         let known = self.columns.iter().find(|(at, _)| *at == byte).map(|(_, column)| *column);
         let range = files::Files::line_range(self, (), index)?;
-        Ok(known.unwrap_or_else(|| 1 + self.source[range.start..byte.clamp(range.start, range.end)].chars().count()))
+        Ok(known.unwrap_or_else(|| {
+            1 + self.source[range.start..byte.clamp(range.start, range.end)].chars().count()
+        }))
     }
 
     fn line_range(&'a self, (): (), index: usize) -> Result<Range<usize>, files::Error> {
@@ -232,16 +264,20 @@ impl<'a> files::Files<'a> for Excerpt {
     }
 }
 
-/// Why a scene could not be loaded. Its `Display` is the whole report as plain text, several lines: the message, the
-/// file with line and column, the line (of a long one what is near) with a caret, and the fix.
-/// Control characters of the file and of names are shown as escapes.
+/// Why a scene could not be loaded. Its `Display` is the whole report as plain text, several lines:
+/// the message, the file with line and column, the line (of a long one what is near) with a caret,
+/// and the fix. Control characters of the file and of names are shown as escapes.
 pub struct LoadError(Box<(Excerpt, Diagnostic<()>)>);
 
 impl LoadError {
     /// An error of the whole file, which has no line to show.
     pub(super) fn of_file(name: &str, problem: impl fmt::Display, fix: &str) -> Self {
         let diagnostic = Diagnostic::error()
-            .with_message(format!("{}: {}", text::within(name, LONGEST), text::within(&problem.to_string(), LONGEST)))
+            .with_message(format!(
+                "{}: {}",
+                text::within(name, LONGEST),
+                text::within(&problem.to_string(), LONGEST)
+            ))
             .with_notes(vec![format!("fix: {fix}")]);
         Self(Box::new((Excerpt::new(name, "", &[]).0, diagnostic)))
     }
@@ -249,7 +285,8 @@ impl LoadError {
     /// An error whose message names the file itself.
     pub(super) fn of_message(message: &str, fix: &str) -> Self {
         let message = text::within(message, LONGEST);
-        let diagnostic = Diagnostic::error().with_message(message).with_notes(vec![format!("fix: {fix}")]);
+        let diagnostic =
+            Diagnostic::error().with_message(message).with_notes(vec![format!("fix: {fix}")]);
         Self(Box::new((Excerpt::new("", "", &[]).0, diagnostic)))
     }
 
@@ -260,7 +297,8 @@ impl LoadError {
         let mut writer = Ansi { bytes: Vec::new(), color };
         match term::emit_to_write_style(&mut writer, &config, file, diagnostic) {
             Ok(()) => String::from_utf8_lossy(&writer.bytes).trim_end().to_owned(),
-            // The place is inside the file by construction; should it ever not be, the message still gets out.
+            // The place is inside the file by construction; should it ever not be, the message
+            // still gets out.
             Err(_) => format!("error: {}", diagnostic.message),
         }
     }

@@ -1,4 +1,5 @@
-//! What a scene file means: `[camera]`, `[image]`, `[[sphere]]` and `[[spheres]]`, each key checked at its place.
+//! What a scene file means: `[camera]`, `[image]`, `[[sphere]]` and `[[spheres]]`, each key checked
+//! at its place.
 
 use std::{
     ops::Range,
@@ -55,7 +56,8 @@ pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
     let moved = |fault: Fault| fault.moved(|at| batches.rest.place(at));
     let document = DeTable::parse(&rest).map_err(|error| moved(syntax(&error, &rest)))?;
     let root = Section::of_table("", document.get_ref(), 0..0, &KNOWN).map_err(moved)?;
-    let spheres = batches.pieces.par_iter().map(|piece| read_piece(text, piece)).collect::<Vec<_>>();
+    let spheres =
+        batches.pieces.par_iter().map(|piece| read_piece(text, piece)).collect::<Vec<_>>();
     if let (Some(value), false) = (root.get("sphere"), spheres.is_empty()) {
         return Err(moved(Fault::new(
             "not TOML: duplicate key, `sphere` is a table and a list of tables",
@@ -111,14 +113,17 @@ fn syntax(error: &toml::de::Error, text: &str) -> Fault {
     for at in [span.start, span.start.saturating_sub(1)] {
         match text.as_bytes().get(at..) {
             Some([b'\r', b'\n', ..]) | Some([b'\n' | b'\t', ..]) => {}
-            Some([byte, ..]) if byte.is_ascii_control() => return batches::stray(at..at + 1, *byte),
+            Some([byte, ..]) if byte.is_ascii_control() => {
+                return batches::stray(at..at + 1, *byte);
+            }
             _ => {}
         }
     }
     let fix = if message.contains("duplicate key") {
         "remove one of the two"
     } else {
-        "write `key = value` lines under [camera], [image], [[sphere]] or [[spheres]], strings in quotes (https://toml.io)"
+        "write `key = value` lines under [camera], [image], [[sphere]] or [[spheres]], strings in \
+         quotes (https://toml.io)"
     };
     Fault::new(format!("not TOML: {message}"), span, "here", fix)
 }
@@ -136,7 +141,10 @@ fn read_image(value: &Value) -> Result<(ImageSize, [u8; 3]), Fault> {
             )
         })
     };
-    let size = ImageSize { width: side("width", DEFAULT_IMAGE.width)?, height: side("height", DEFAULT_IMAGE.height)? };
+    let size = ImageSize {
+        width: side("width", DEFAULT_IMAGE.width)?,
+        height: side("height", DEFAULT_IMAGE.height)?,
+    };
     Ok((size, section.read("background", color)?.unwrap_or([0; 3])))
 }
 
@@ -148,7 +156,8 @@ struct ReadCamera<'t, 'i> {
 }
 
 fn read_camera<'t, 'i>(value: &'t Value<'i>) -> Result<ReadCamera<'t, 'i>, Fault> {
-    let known = ["projection", "origin", "view", "look_at", "up", "width", "height", "fov", "near", "far"];
+    let known =
+        ["projection", "origin", "view", "look_at", "up", "width", "height", "fov", "near", "far"];
     let section = Section::new("[camera]", value, &known)?;
     let projection = section.read("projection", projection)?.unwrap_or(Projection::Orthographic);
     section.not_both("view", "look_at")?;
@@ -192,10 +201,12 @@ fn finish(
     if let Err(error) = wanted.unwrap_or_default().camera(&scene.bounds(), image).check() {
         let too_large = |span| {
             Fault::new(
-                "no camera can be framed around so large a scene: it would stand beyond the range of 64-bit floats",
+                "no camera can be framed around so large a scene: it would stand beyond the range \
+                 of 64-bit floats",
                 span,
                 "left to be chosen",
-                "give [camera] an origin, a view and a width, or divide all centres and radii by a power of ten",
+                "give [camera] an origin, a view and a width, or divide all centres and radii by \
+                 a power of ten",
             )
         };
         return Err(match &camera {
@@ -215,7 +226,17 @@ fn finish(
     let notes = camera.map_or(Vec::new(), |camera| camera.notes);
     let fixed_camera = wanted.and_then(|wanted| wanted.fixed());
     let Files { paths, watch, copied, .. } = files;
-    Ok(Loaded { scene, fixed_camera, wanted, image, background, files: paths, watch, copied, notes })
+    Ok(Loaded {
+        scene,
+        fixed_camera,
+        wanted,
+        image,
+        background,
+        files: paths,
+        watch,
+        copied,
+        notes,
+    })
 }
 
 fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
@@ -231,7 +252,10 @@ fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
     }
 }
 
-fn read_screen(section: &Section, projection: Projection) -> Result<(Option<ScreenSize>, Vec<String>), Fault> {
+fn read_screen(
+    section: &Section,
+    projection: Projection,
+) -> Result<(Option<ScreenSize>, Vec<String>), Fault> {
     section.not_both("width", "fov")?;
     section.not_both("height", "fov")?;
     let fov = section.read("fov", number)?;
@@ -266,13 +290,19 @@ fn read_screen(section: &Section, projection: Projection) -> Result<(Option<Scre
 /// A word on a perspective screen that is meant for an orthographic camera, as far as one can tell:
 /// who wants a field of view of more than 150 degrees says so in degrees.
 fn wide(width: Option<f64>, height: Option<f64>) -> Option<String> {
-    let sides = [("width", width), ("height", height)].map(|(key, side)| (key, side.unwrap_or(0.0)));
+    let sides =
+        [("width", width), ("height", height)].map(|(key, side)| (key, side.unwrap_or(0.0)));
     let (key, side) = if sides[1].1 > sides[0].1 { sides[1] } else { sides[0] };
     let degrees = 2.0 * (0.5 * side).atan().to_degrees();
-    let instead = if width.is_some() && height.is_some() { "`width` and `height`".into() } else { format!("`{key}`") };
+    let instead = if width.is_some() && height.is_some() {
+        "`width` and `height`".into()
+    } else {
+        format!("`{key}`")
+    };
     (degrees > 150.0).then(|| {
         format!(
-            "{key} {side} at distance 1 is a field of view of {degrees:.0} degrees; fov = 60.0 is usual, in place of {instead}"
+            "{key} {side} at distance 1 is a field of view of {degrees:.0} degrees; fov = 60.0 is \
+             usual, in place of {instead}"
         )
     })
 }
@@ -296,7 +326,9 @@ fn camera_fault(section: &Section, error: &CameraError) -> Fault {
             "give another point, or `view`, a direction, in its place",
         ),
         CameraError::ZeroView => Fault::new(message, section.place("view"), "zero", fix),
-        CameraError::Fov(_) => Fault::new(message, section.place("fov"), "not between 0 and 180", fix),
+        CameraError::Fov(_) => {
+            Fault::new(message, section.place("fov"), "not between 0 and 180", fix)
+        }
         CameraError::UpZero => Fault::new(
             "up is zero, which points nowhere",
             section.place("up"),
@@ -312,8 +344,10 @@ fn camera_fault(section: &Section, error: &CameraError) -> Fault {
             "along the z axis",
             "add an `up` that points another way, such as up = [0.0, 1.0, 0.0]",
         ),
-        CameraError::UpParallel => Fault::new(message, section.place("up"), "parallel to the view direction", fix)
-            .and(section.place(direction), "the view direction"),
+        CameraError::UpParallel => {
+            Fault::new(message, section.place("up"), "parallel to the view direction", fix)
+                .and(section.place(direction), "the view direction")
+        }
         CameraError::Size { what, .. } => {
             let key = if section.get("fov").is_some() { "fov" } else { what };
             Fault::new(message, section.place(key), "not positive", fix)
@@ -324,14 +358,20 @@ fn camera_fault(section: &Section, error: &CameraError) -> Fault {
             "negative",
             "write a near of 0 or more",
         ),
-        CameraError::Planes { .. } if section.get("near").is_some() && section.get("far").is_some() => {
-            Fault::new(message, section.place("near"), "not less than far", fix).and(section.place("far"), "far")
+        CameraError::Planes { .. }
+            if section.get("near").is_some() && section.get("far").is_some() =>
+        {
+            Fault::new(message, section.place("near"), "not less than far", fix)
+                .and(section.place("far"), "far")
         }
-        CameraError::Planes { .. } => Fault::new(message, section.place("far"), "not beyond near", fix),
+        CameraError::Planes { .. } => {
+            Fault::new(message, section.place("far"), "not beyond near", fix)
+        }
     }
 }
 
-/// Where the numbers of a block come from, for faults that are found when the scene is put together.
+/// Where the numbers of a block come from, for faults that are found when the scene is put
+/// together.
 struct Source {
     span: Range<usize>,
     centers: (PathBuf, Range<usize>),
@@ -377,7 +417,11 @@ impl Files {
 }
 
 /// All `[[sphere]]` first, then each `[[spheres]]` in turn.
-fn read_spheres(root: &Section, mut singles: Vec<Sphere>, folder: &Path) -> Result<(Scene, Files), Fault> {
+fn read_spheres(
+    root: &Section,
+    mut singles: Vec<Sphere>,
+    folder: &Path,
+) -> Result<(Scene, Files), Fault> {
     let (mut blocks, mut sources) = (Vec::new(), Vec::new());
     let mut files = Files::default();
     for table in tables(root, "sphere")? {
@@ -425,7 +469,12 @@ fn read_sphere(value: &Value) -> Result<Sphere, Fault> {
 }
 
 fn missing(section: &Section, key: &str, example: &str) -> Fault {
-    Fault::new(format!("`{key}` is missing"), section.span.clone(), format!("no `{key}`"), format!("add {example}"))
+    Fault::new(
+        format!("`{key}` is missing"),
+        section.span.clone(),
+        format!("no `{key}`"),
+        format!("add {example}"),
+    )
 }
 
 fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
@@ -443,18 +492,24 @@ fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
 }
 
 fn read_block(value: &Value, folder: &Path, files: &mut Files) -> Result<(Block, Source), Fault> {
-    let section = Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
+    let section =
+        Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
     section.not_both("radii", "radius")?;
     section.not_both("colors", "color")?;
 
     let Some(centers) = open(&section, "centers", folder, files)? else {
-        return Err(missing(&section, "centers", "centers = \"centers.npy\", an array of shape (N, 3)"));
+        return Err(missing(
+            &section,
+            "centers",
+            "centers = \"centers.npy\", an array of shape (N, 3)",
+        ));
     };
     // The others are needed to understand centres of a wrong shape; what is wrong with them is told
     // after that.
     let radii = open(&section, "radii", folder, files);
     let colors = open(&section, "colors", folder, files);
-    let says = |array: &Result<Option<Named>, Fault>, key| array.as_ref().ok()?.as_ref()?.array.count(key);
+    let says =
+        |array: &Result<Option<Named>, Fault>, key| array.as_ref().ok()?.as_ref()?.array.count(key);
     let count = match (says(&radii, Key::Radii), says(&colors, Key::Colors)) {
         (Some(a), Some(b)) if a != b => None,
         (a, b) => a.or(b),
@@ -474,7 +529,11 @@ fn read_block(value: &Value, folder: &Path, files: &mut Files) -> Result<(Block,
     } else if let Some(radius) = section.read("radius", positive)? {
         block.radii = Radii::Same(radius);
     } else {
-        return Err(missing(&section, "radii", "radii = \"radii.npy\" (shape (N,)), or radius = 0.5 for all"));
+        return Err(missing(
+            &section,
+            "radii",
+            "radii = \"radii.npy\" (shape (N,)), or radius = 0.5 for all",
+        ));
     }
 
     if let Some(colors) = colors? {
@@ -506,7 +565,12 @@ fn array_fault(path: &Path, span: Range<usize>, refused: &Refused) -> Fault {
     Fault::new(format!("{}: {words}", path.display()), span, "this array", fix)
 }
 
-fn open(section: &Section, key: &str, folder: &Path, files: &mut Files) -> Result<Option<Named>, Fault> {
+fn open(
+    section: &Section,
+    key: &str,
+    folder: &Path,
+    files: &mut Files,
+) -> Result<Option<Named>, Fault> {
     let Some(name) = section.read(key, string)? else { return Ok(None) };
     let (path, span) = (folder.join(name), section.place(key));
     files.paths.push(path.clone());
@@ -524,7 +588,10 @@ fn scene_fault(error: &SceneError, sources: &[Option<Source>]) -> Fault {
             if let Some(Source { centers: (path, span), .. }) = source(block) {
                 let column = axis as u32 - 'x' as u32;
                 return Fault::new(
-                    format!("{}: {axis} of centre {index} is {value}, not a finite number", path.display()),
+                    format!(
+                        "{}: {axis} of centre {index} is {value}, not a finite number",
+                        path.display()
+                    ),
                     span.clone(),
                     format!("element [{index}, {column}] of this array"),
                     "write finite numbers into the array, or leave the sphere out",
@@ -534,7 +601,10 @@ fn scene_fault(error: &SceneError, sources: &[Option<Source>]) -> Fault {
         SceneError::Radius { block, index, value } => {
             if let Some(Source { radii: Some((path, span)), .. }) = source(block) {
                 return Fault::new(
-                    format!("{}: radius {index} is {value}, not a positive finite number", path.display()),
+                    format!(
+                        "{}: radius {index} is {value}, not a positive finite number",
+                        path.display()
+                    ),
                     span.clone(),
                     format!("element [{index}] of this array"),
                     "write radii greater than 0 into the array, or leave the sphere out",

@@ -42,7 +42,10 @@ pub enum Target {
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The folder of the target is not there.
-    #[error("cannot write {}: there is no folder {}; make it first", text::name(.target), text::name(.folder))]
+    #[error(
+        "cannot write {}: there is no folder {}; make it first",
+        text::name(.target), text::name(.folder)
+    )]
     NoFolder {
         /// The file.
         target: PathBuf,
@@ -56,14 +59,17 @@ pub enum OutputError {
     #[error("cannot write a file whose name is empty; name a file")]
     NoName,
     /// The target is a disk.
-    #[error("cannot write {}: it is a disk (a block device), which would lose what it holds; name a file", text::name(.0))]
+    #[error("cannot write {}: it is a disk (a block device), which would lose what it holds; name \
+             a file", text::name(.0))]
     IsDisk(PathBuf),
     /// Nobody may write the file.
-    #[error("cannot write {}: it is read-only; `chmod u+w` it if it may be replaced, or name another file", text::name(.0))]
+    #[error("cannot write {}: it is read-only; `chmod u+w` it if it may be replaced, or name \
+             another file", text::name(.0))]
     ReadOnly(PathBuf),
     /// No file can be made in the folder.
     #[error(
-        "cannot write {}: you may not make files in the folder {}; name a file in a folder of your own",
+        "cannot write {}: you may not make files in the folder {}; name a file in a folder of \
+         your own",
         text::name(.target), text::name(.folder)
     )]
     FolderReadOnly {
@@ -73,14 +79,20 @@ pub enum OutputError {
         folder: PathBuf,
     },
     /// A stream that nobody has opened.
-    #[error("cannot write: {} is closed; open it ({}), or name a file", stream::words(*.0), stream::opened(*.0))]
+    #[error(
+        "cannot write: {} is closed; open it ({}), or name a file",
+        stream::words(*.0), stream::opened(*.0)
+    )]
     Closed(i32),
     /// A stream that is an input.
     #[error("cannot write: {} is open for reading only; open it for writing ({}), or name a file",
         stream::words(*.0), stream::opened(*.0))]
     NotForWriting(i32),
     /// An ending that stands for another format.
-    #[error("{option} {}: {what} is written as .{ending}; name it {}", text::name(.target), text::name(.better))]
+    #[error(
+        "{option} {}: {what} is written as .{ending}; name it {}",
+        text::name(.target), text::name(.better)
+    )]
     Ending {
         /// What the name was given for.
         option: String,
@@ -143,14 +155,27 @@ impl Target {
     ///
     /// # Errors
     /// When the ending is wrong, or the name leads nowhere.
-    pub fn check_ending(&self, option: &str, what: &'static str, ending: &'static str) -> Result<(), OutputError> {
+    pub fn check_ending(
+        &self,
+        option: &str,
+        what: &'static str,
+        ending: &'static str,
+    ) -> Result<(), OutputError> {
         let Self::File(target) = self else { return Ok(()) };
-        let Some(found) = target.extension().filter(|found| !found.is_empty()) else { return Ok(()) };
+        let Some(found) = target.extension().filter(|found| !found.is_empty()) else {
+            return Ok(());
+        };
         if found.eq_ignore_ascii_case(ending) || !matches!(self.place()?, Place::File(_)) {
             return Ok(());
         }
         let better = with_ending(target, found, ending);
-        Err(OutputError::Ending { option: option.into(), what, target: target.clone(), ending, better })
+        Err(OutputError::Ending {
+            option: option.into(),
+            what,
+            target: target.clone(),
+            ending,
+            better,
+        })
     }
 
     /// Which file this is.
@@ -175,7 +200,9 @@ impl Target {
     /// When a name cannot be tried out.
     pub fn ignores_case(&self) -> Result<bool, OutputError> {
         match self.place()? {
-            Place::File(path) => whole::ignores_case(folder_of(&path)).map_err(|error| self.io(error)),
+            Place::File(path) => {
+                whole::ignores_case(folder_of(&path)).map_err(|error| self.io(error))
+            }
             _ => Ok(false),
         }
     }
@@ -185,7 +212,10 @@ impl Target {
     ///
     /// # Errors
     /// When the system refuses.
-    pub fn stage(self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<Staged, OutputError> {
+    pub fn stage(
+        self,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<Staged, OutputError> {
         let (body, path) = match self.opened()? {
             Opened::Stream(stream) => {
                 through(stream, write).map_err(|error| self.io(error))?;
@@ -236,8 +266,9 @@ enum Opened {
 /// what is there.
 fn with_ending(target: &Path, found: &OsStr, ending: &str) -> PathBuf {
     const FORMATS: [&str; 30] = [
-        "png", "npy", "npz", "svg", "jpg", "jpeg", "gif", "bmp", "tif", "tiff", "webp", "exr", "hdr", "ppm", "pgm",
-        "pbm", "pnm", "pdf", "eps", "ps", "avif", "tga", "qoi", "csv", "txt", "json", "toml", "raw", "bin", "dat",
+        "png", "npy", "npz", "svg", "jpg", "jpeg", "gif", "bmp", "tif", "tiff", "webp", "exr",
+        "hdr", "ppm", "pgm", "pbm", "pnm", "pdf", "eps", "ps", "avif", "tga", "qoi", "csv", "txt",
+        "json", "toml", "raw", "bin", "dat",
     ];
     if FORMATS.iter().any(|format| found.eq_ignore_ascii_case(format)) {
         return target.with_extension(ending);
@@ -299,7 +330,9 @@ impl Sink {
     /// The system's.
     pub fn give(&mut self, bytes: Shared) -> io::Result<()> {
         match &mut self.way {
-            Way::Spool(Spool { body: Body::Memory(pieces), .. }) if pieces.takes((*bytes).as_ref()) => {
+            Way::Spool(Spool { body: Body::Memory(pieces), .. })
+                if pieces.takes((*bytes).as_ref()) =>
+            {
                 pieces.give(bytes);
                 Ok(())
             }
@@ -399,7 +432,8 @@ impl Staged {
             Body::Disk(scratch) => Ok(scratch),
             Body::Done => return Ok(None),
         };
-        let ready = scratch.and_then(|scratch| scratch.ready(&path)).map_err(|error| target.io(error))?;
+        let ready =
+            scratch.and_then(|scratch| scratch.ready(&path)).map_err(|error| target.io(error))?;
         Ok(Some((target, ready)))
     }
 }
@@ -471,7 +505,10 @@ pub fn commit(staged: Vec<Staged>) -> Result<Vec<String>, OutputError> {
 ///
 /// # Errors
 /// When the system refuses, or no name is free.
-pub fn commit_new(staged: Staged, names: impl IntoIterator<Item = PathBuf>) -> Result<PathBuf, OutputError> {
+pub fn commit_new(
+    staged: Staged,
+    names: impl IntoIterator<Item = PathBuf>,
+) -> Result<PathBuf, OutputError> {
     let Staged { target, body, path } = staged;
     let scratch = match body {
         Body::Memory(pieces) => pieces.written(&path),
@@ -520,8 +557,10 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<_> =
-            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
         names.sort();
         names
     }
@@ -542,7 +581,10 @@ mod tests {
             Err(io::Error::other("stop"))
         });
         assert!(matches!(failing, Err(OutputError::Io { .. })));
-        assert_eq!((fs::read(&target).unwrap(), names(folder.path())), (b"new".to_vec(), vec!["a.png".to_owned()]));
+        assert_eq!(
+            (fs::read(&target).unwrap(), names(folder.path())),
+            (b"new".to_vec(), vec!["a.png".to_owned()])
+        );
 
         let staged = Target::File(target.clone()).stage(|out| out.write_all(&long)).unwrap();
         commit(vec![staged]).unwrap();
@@ -556,12 +598,19 @@ mod tests {
         let all: Vec<PathBuf> = ["a", "b", "c"].map(|name| folder.path().join(name)).into();
         fs::write(&all[1], "old").unwrap();
         let save = |text: &str| {
-            let staged = Target::File(all[2].clone()).stage(|out| out.write_all(text.as_bytes())).unwrap();
+            let staged =
+                Target::File(all[2].clone()).stage(|out| out.write_all(text.as_bytes())).unwrap();
             commit_new(staged, all.clone())
         };
-        assert_eq!((save("first").unwrap(), save("second").unwrap()), (all[0].clone(), all[2].clone()));
+        assert_eq!(
+            (save("first").unwrap(), save("second").unwrap()),
+            (all[0].clone(), all[2].clone())
+        );
         assert!(matches!(save("third"), Err(OutputError::Io { .. })));
-        assert_eq!(all.iter().map(|path| fs::read(path).unwrap()).collect::<Vec<_>>().concat(), b"firstoldsecond");
+        assert_eq!(
+            all.iter().map(|path| fs::read(path).unwrap()).collect::<Vec<_>>().concat(),
+            b"firstoldsecond"
+        );
         assert_eq!(names(folder.path()), ["a", "b", "c"]);
     }
 
@@ -571,7 +620,10 @@ mod tests {
         let inside = folder.path().join("nowhere");
         let error = Target::File(inside.join("a.png")).check().unwrap_err();
         assert!(error.to_string().contains(&inside.display().to_string()), "{error}");
-        assert!(matches!(Target::File(folder.path().into()).check(), Err(OutputError::IsFolder(_))));
+        assert!(matches!(
+            Target::File(folder.path().into()).check(),
+            Err(OutputError::IsFolder(_))
+        ));
         assert!(Target::File("a.png".into()).check().is_ok());
     }
 
@@ -582,10 +634,12 @@ mod tests {
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         fs::write(&file, "old").unwrap();
         std::os::unix::fs::symlink(&file, &link).unwrap();
-        commit(vec![Target::File(link.clone()).stage(|out| out.write_all(b"new")).unwrap()]).unwrap();
+        commit(vec![Target::File(link.clone()).stage(|out| out.write_all(b"new")).unwrap()])
+            .unwrap();
         assert!(link.is_symlink());
         assert_eq!(fs::read(&file).unwrap(), b"new");
-        commit(vec![Target::File("/dev/null".into()).stage(|out| out.write_all(b"new")).unwrap()]).unwrap();
+        commit(vec![Target::File("/dev/null".into()).stage(|out| out.write_all(b"new")).unwrap()])
+            .unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
     }
 }

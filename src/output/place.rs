@@ -51,7 +51,9 @@ impl Place {
             }
             let data = match path.symlink_metadata() {
                 Ok(data) => data,
-                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::File(path)),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                    return Ok(Self::File(path));
+                }
                 Err(error) => return Err(named(error)),
             };
             if data.is_dir() {
@@ -127,7 +129,11 @@ fn is_descriptors(folder: &Path) -> bool {
 #[cfg(unix)]
 fn device(path: PathBuf, data: &fs::Metadata) -> Result<Place, OutputError> {
     use std::os::unix::fs::FileTypeExt;
-    if data.file_type().is_block_device() { Err(OutputError::IsDisk(path)) } else { Ok(Place::Device(path)) }
+    if data.file_type().is_block_device() {
+        Err(OutputError::IsDisk(path))
+    } else {
+        Ok(Place::Device(path))
+    }
 }
 
 #[cfg(not(unix))]
@@ -150,7 +156,9 @@ fn check_file(path: &Path, target: &Path) -> Result<(), OutputError> {
         // Root may write it all the same; the mode says what was wanted.
         Ok(data) if data.permissions().readonly() => Err(OutputError::ReadOnly(target.into())),
         Ok(_) => match fs::OpenOptions::new().write(true).open(path) {
-            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Err(OutputError::ReadOnly(target.into())),
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+                Err(OutputError::ReadOnly(target.into()))
+            }
             // A program that runs: it can be replaced.
             Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => Ok(()),
             Err(source) => Err(OutputError::Io { target: crate::text::name(target), source }),

@@ -76,7 +76,9 @@ fn is_writable(number: i32) -> bool {
     let flags = borrowed(number, |fd| rustix::fs::fcntl_getfl(fd));
     // A path alone (`O_PATH`) is no open file.
     flags.is_some_and(|flags| {
-        flags.is_ok_and(|flags| !flags.contains(OFlags::PATH) && flags.intersects(OFlags::WRONLY | OFlags::RDWR))
+        flags.is_ok_and(|flags| {
+            !flags.contains(OFlags::PATH) && flags.intersects(OFlags::WRONLY | OFlags::RDWR)
+        })
     })
 }
 

@@ -110,7 +110,12 @@ impl Scratch {
                 self.file.sync_data()?;
             }
         }
-        Ok(Ready { scratch: self, path: path.into(), links: old.as_ref().map_or(1, links), in_place })
+        Ok(Ready {
+            scratch: self,
+            path: path.into(),
+            links: old.as_ref().map_or(1, links),
+            in_place,
+        })
     }
 }
 
@@ -306,7 +311,11 @@ fn attributes(new: &File, old: &Path) -> io::Result<()> {
         Ok(bytes)
     }
     let names = |list: Result<Vec<u8>, Errno>| match list {
-        Ok(list) => Ok(list.split(|&byte| byte == 0).filter(|name| !name.is_empty()).map(<[u8]>::to_vec).collect()),
+        Ok(list) => Ok(list
+            .split(|&byte| byte == 0)
+            .filter(|name| !name.is_empty())
+            .map(<[u8]>::to_vec)
+            .collect()),
         // A file system without attributes.
         Err(Errno::OPNOTSUPP | Errno::NOSYS) => Ok(Vec::new()),
         Err(error) => Err(error),
@@ -373,7 +382,10 @@ impl Scratch {
                 }
                 // A name cannot be moved onto a file without one: it is hidden for a moment. It is
                 // locked, so that another run does not take it for litter.
-                let _ = rustix::fs::flock(&self.file, rustix::fs::FlockOperation::NonBlockingLockExclusive);
+                let _ = rustix::fs::flock(
+                    &self.file,
+                    rustix::fs::FlockOperation::NonBlockingLockExclusive,
+                );
                 let hidden = litter::name_in(folder_of(path));
                 self.link(&hidden)?;
                 fs::rename(&hidden, path).inspect_err(|_| {
@@ -397,7 +409,9 @@ impl Scratch {
             Name::Hidden { path: hidden, .. } => {
                 // A second name first; file systems without hard links look, and move.
                 match fs::hard_link(hidden, path) {
-                    Err(error) if error.kind() != io::ErrorKind::AlreadyExists && !path.exists() => {
+                    Err(error)
+                        if error.kind() != io::ErrorKind::AlreadyExists && !path.exists() =>
+                    {
                         fs::rename(hidden, path)
                     }
                     Err(error) => Err(error),
@@ -463,7 +477,10 @@ pub(super) fn publish_all(all: Vec<Ready>) -> Result<Vec<String>, (usize, io::Er
 ///
 /// # Errors
 /// As [`Ready::publish_new`].
-pub(super) fn publish_new(ready: Ready, names: impl IntoIterator<Item = PathBuf>) -> io::Result<PathBuf> {
+pub(super) fn publish_new(
+    ready: Ready,
+    names: impl IntoIterator<Item = PathBuf>,
+) -> io::Result<PathBuf> {
     let _shield = Shield::up();
     ready.publish_new(names)
 }

@@ -1,14 +1,17 @@
 //! Parts that fit together become the planes of the whole.
 //!
-//! At each pixel the nearest of what the parts found there wins. Most pixels are settled by bounds of the distances;
-//! where those overlap, [`crate::exact::decide`] tells the order, and at equal distance the lower index wins. That is the
-//! rule of a picture drawn at once, and it is a minimum: the order of the parts does not matter.
+//! At each pixel the nearest of what the parts found there wins. Most pixels are settled by bounds
+//! of the distances; where those overlap, [`crate::exact::decide`] tells the order, and at equal
+//! distance the lower index wins. That is the rule of a picture drawn at once, and it is a minimum:
+//! the order of the parts does not matter.
 //!
-//! **What is read is not believed.** A part has the exact numbers of all spheres that are seen in it, and from these everything that
-//! settles a pixel is worked out anew: for each sphere the box of pixels and depths that it cannot leave (`Slot`), which is enough at
-//! most pixels; where the boxes of two overlap, the filter's bounds of both at the pixel; and where these do, the exact order. What a
-//! file says of a distance must agree with each of them, or the part is refused. So no bound that is false, whichever program wrote
-//! it, can change a picture: it is found out, or it does not matter. (That a part leaves out what it saw cannot be told from the part.)
+//! **What is read is not believed.** A part has the exact numbers of all spheres that are seen in
+//! it, and from these everything that settles a pixel is worked out anew: for each sphere the box
+//! of pixels and depths that it cannot leave (`Slot`), which is enough at most pixels; where the
+//! boxes of two overlap, the filter's bounds of both at the pixel; and where these do, the exact
+//! order. What a file says of a distance must agree with each of them, or the part is refused. So
+//! no bound that is false, whichever program wrote it, can change a picture: it is found out, or it
+//! does not matter. (That a part leaves out what it saw cannot be told from the part.)
 
 use std::{cmp::Ordering, fmt, ops::Range};
 
@@ -31,9 +34,10 @@ pub enum MergeError {
     Nothing,
     /// They show different things.
     #[error(
-        "{one} and {other} are not parts of one picture: {field} is {one_has} in the first, {other_has} in the second; \
-         draw all parts with the same [camera], --size and background (a [camera] \
-         without an origin, a view or a size is framed by the spheres of its own part)"
+        "{one} and {other} are not parts of one picture: {field} is {one_has} in the first, \
+         {other_has} in the second; draw all parts with the same [camera], --size and background \
+         (a [camera] without an origin, a view or a size is framed by the spheres of its own \
+         part)"
     )]
     View {
         /// A part.
@@ -49,8 +53,8 @@ pub enum MergeError {
     },
     /// Two parts hold the same spheres at the same place.
     #[error(
-        "{one} and {other} both hold {} of {}; give each part of the spheres its own --first-index, each part of the \
-         picture its own --region, and name no part twice",
+        "{one} and {other} both hold {} of {}; give each part of the spheres its own \
+         --first-index, each part of the picture its own --region, and name no part twice",
         Spheres(spheres),
         Place(region)
     )]
@@ -65,7 +69,11 @@ pub enum MergeError {
         region: Region,
     },
     /// No part holds some spheres at some place.
-    #[error("no part holds {} of {}; add the part that does{hint}", Spheres(spheres), Place(region))]
+    #[error(
+        "no part holds {} of {}; add the part that does{hint}",
+        Spheres(spheres),
+        Place(region)
+    )]
     Missing {
         /// What is missing; nothing if there are no spheres at all.
         spheres: Range<u64>,
@@ -76,12 +84,14 @@ pub enum MergeError {
     },
     /// No part holds some spheres anywhere.
     #[error(
-        "no part holds {}; add the part that does, or correct --first-index so that the parts' spheres follow each other \
-         (-o none --visibility merges what there is)", Spheres(.0)
+        "no part holds {}; add the part that does, or correct --first-index so that the parts' \
+         spheres follow each other (-o none --visibility merges what there is)", Spheres(.0)
     )]
     Gap(Range<u64>),
     /// Two parts disagree on a sphere.
-    #[error("{one} and {other} have different numbers for sphere {index}: they are of different scenes")]
+    #[error(
+        "{one} and {other} have different numbers for sphere {index}: they are of different scenes"
+    )]
     Different {
         /// A part.
         one: String,
@@ -148,11 +158,13 @@ pub struct Merge<'a> {
     ranks: Vec<Ranks>,
 }
 
-/// Where indices stand in a rising list of them, found without a search where they are not far apart.
+/// Where indices stand in a rising list of them, found without a search where they are not far
+/// apart.
 struct Ranks {
     /// The least.
     first: u64,
-    /// For each 64 possible ones from there on: which there are, a bit each, and how many come before. None if that would be long.
+    /// For each 64 possible ones from there on: which there are, a bit each, and how many come
+    /// before. None if that would be long.
     words: Vec<(u64, u32)>,
 }
 
@@ -163,7 +175,9 @@ impl Ranks {
         let mut words = Vec::new();
         if count <= indices.len() as u64 {
             words.resize(count as usize, (0u64, 0u32));
-            indices.iter().for_each(|index| words[((index - first) / 64) as usize].0 |= 1 << ((index - first) % 64));
+            indices.iter().for_each(|index| {
+                words[((index - first) / 64) as usize].0 |= 1 << ((index - first) % 64)
+            });
             words.iter_mut().fold(0, |before, (bits, of)| {
                 *of = before;
                 before + bits.count_ones()
@@ -191,7 +205,8 @@ impl Ranks {
 struct Slot {
     /// Distances from the camera's plane, world units.
     reach: [f64; 2],
-    /// First and last column, first and last row; if the first is beyond the last it is seen nowhere.
+    /// First and last column, first and last row; if the first is beyond the last it is seen
+    /// nowhere.
     window: [u16; 4],
     /// Place in [`Merge::scene`].
     place: u32,
@@ -215,35 +230,46 @@ pub struct Ties {
 }
 
 impl<'a> Merge<'a> {
-    /// Checks that parts fit together in a region: the whole image, or what is given; none for the least that holds all parts.
+    /// Checks that parts fit together in a region: the whole image, or what is given; none for the
+    /// least that holds all parts.
     ///
-    /// # Errors
-    /// When their views differ, when something is held twice or by none, or when they contradict each other.
+    /// # Errors When their views differ, when something is held twice or by none, or when they
+    /// contradict each other.
     pub fn new(parts: &'a [Part], region: Option<Region>) -> Result<Self, MergeError> {
         let Some(first) = parts.first() else { return Err(MergeError::Nothing) };
         for part in &parts[1..] {
             compare(first, part)?;
         }
         let region = region.unwrap_or_else(|| around(parts));
-        let ranges = union(parts.iter().flat_map(|part| part.meta.ranges.iter().cloned()).collect());
+        let ranges =
+            union(parts.iter().flat_map(|part| part.meta.ranges.iter().cloned()).collect());
         check_overlap(parts)?;
         check_cover(parts, region, &ranges)?;
 
         let mut all: Vec<(u64, u32, u32)> = Vec::new();
         for (number, part) in parts.iter().enumerate() {
-            all.extend(part.indices.iter().zip(0..).map(|(&index, slot)| (index, number as u32, slot)));
+            all.extend(
+                part.indices.iter().zip(0..).map(|(&index, slot)| (index, number as u32, slot)),
+            );
         }
         all.par_sort_unstable();
-        let mut slots: Vec<Vec<Slot>> = parts.iter().map(|part| vec![Slot::default(); part.indices.len()]).collect();
-        let (mut indices, mut first_of, mut centers, mut radii, mut colors) = (vec![], None, vec![], vec![], vec![]);
+        let mut slots: Vec<Vec<Slot>> =
+            parts.iter().map(|part| vec![Slot::default(); part.indices.len()]).collect();
+        let (mut indices, mut first_of, mut centers, mut radii, mut colors) =
+            (vec![], None, vec![], vec![], vec![]);
         for (index, number, slot) in all {
             let (part, at) = (&parts[number as usize], slot as usize);
             let block = &part.spheres;
-            let sphere = Sphere { center: block.center(at), radius: block.radius(at), color: block.color(at) };
+            let sphere = Sphere {
+                center: block.center(at),
+                radius: block.radius(at),
+                color: block.color(at),
+            };
             match first_of {
                 Some((other, earlier, known)) if other == index => {
                     if known != sphere {
-                        let [one, other] = [earlier, number].map(|k: u32| parts[k as usize].name.clone());
+                        let [one, other] =
+                            [earlier, number].map(|k: u32| parts[k as usize].name.clone());
                         return Err(MergeError::Different { one, other, index });
                     }
                 }
@@ -269,8 +295,15 @@ impl<'a> Merge<'a> {
             min_radius: a.min_radius.min(b.min_radius),
             max_radius: a.max_radius.max(b.max_radius),
         });
-        let meta = Meta { view: first.meta.view, region, background: first.meta.background, ranges, bounds };
-        // The bounds of all spheres, seen or not, so that even what is rounded is as in a picture drawn at once.
+        let meta = Meta {
+            view: first.meta.view,
+            region,
+            background: first.meta.background,
+            ranges,
+            bounds,
+        };
+        // The bounds of all spheres, seen or not, so that even what is rounded is as in a picture
+        // drawn at once.
         let truth = Truth::new(&meta.view, bounds.unwrap_or_else(|| scene.bounds()));
         let lens = Lens::new(&truth);
         let projector = lens.projector();
@@ -290,7 +323,9 @@ impl<'a> Merge<'a> {
     pub fn check_gaps(&self) -> Result<(), MergeError> {
         match self.meta.ranges.first() {
             Some(first) if first.start > 0 => Err(MergeError::Gap(0..first.start)),
-            Some(first) if self.meta.ranges.len() > 1 => Err(MergeError::Gap(first.end..self.meta.ranges[1].start)),
+            Some(first) if self.meta.ranges.len() > 1 => {
+                Err(MergeError::Gap(first.end..self.meta.ranges[1].start))
+            }
             _ => Ok(()),
         }
     }
@@ -329,7 +364,9 @@ impl<'a> Merge<'a> {
         let rows = ids.par_chunks_mut(width).zip(region.y..region.y + region.height);
         let ties = rows
             .map_init(|| Desk::new(width), |desk, (ids, row)| self.row(desk, row, region.x, ids))
-            .try_reduce(Ties::default, |a, b| Ok(Ties { pairs: a.pairs + b.pairs, exact: a.exact + b.exact }))?;
+            .try_reduce(Ties::default, |a, b| {
+                Ok(Ties { pairs: a.pairs + b.pairs, exact: a.exact + b.exact })
+            })?;
         Ok(Band { ids, ties })
     }
 
@@ -338,10 +375,18 @@ impl<'a> Merge<'a> {
         (desk.pairs, desk.tally) = (0, Tally::default());
         let this = Region { x, y: row, width: ids.len() as u32, height: 1 };
         for (part, (slots, ranks)) in self.parts.iter().zip(self.slots.iter().zip(&self.ranks)) {
-            let Some(Region { x: left, width, .. }) = common(part.meta.region, this) else { continue };
+            let Some(Region { x: left, width, .. }) = common(part.meta.region, this) else {
+                continue;
+            };
             let (mut last, mut slot) = (-1, &Slot::default());
             for (column, Pixel { id, bounds }) in (left..).zip(part.row(row, left..left + width)) {
-                let damaged = |fault| MergeError::Damaged { name: part.name.clone(), index: id, fault, column, row };
+                let damaged = |fault| MergeError::Damaged {
+                    name: part.name.clone(),
+                    index: id,
+                    fault,
+                    column,
+                    row,
+                };
                 if id == -1 {
                     if bounds != [f64::INFINITY; 2] {
                         return Err(damaged(SOMEWHERE));
@@ -353,7 +398,9 @@ impl<'a> Merge<'a> {
                     (last, slot) = (id, &slots[found.ok_or_else(|| damaged(UNLISTED))?]);
                 }
                 let [first_column, last_column, first_row, last_row] = slot.window.map(u32::from);
-                if !((first_column..=last_column).contains(&column) && (first_row..=last_row).contains(&row)) {
+                if !((first_column..=last_column).contains(&column)
+                    && (first_row..=last_row).contains(&row))
+                {
                     return Err(damaged(ELSEWHERE));
                 }
                 // False for NaN.
@@ -365,7 +412,8 @@ impl<'a> Merge<'a> {
                 let at = (column - x) as usize;
                 let (holder, [least, most]) = (ids[at], desk.reach[at]);
                 if holder < 0 || slot.reach[1] < least {
-                    (ids[at], desk.reach[at], desk.close[at]) = (slot.place as i32, slot.reach, false);
+                    (ids[at], desk.reach[at], desk.close[at]) =
+                        (slot.place as i32, slot.reach, false);
                 } else if slot.reach[0] <= most {
                     let first = self
                         .settle(desk, [column, row, at as u32], [slot.place, holder as u32], bounds)
@@ -377,8 +425,8 @@ impl<'a> Merge<'a> {
         Ok(Ties { pairs: desk.pairs, exact: desk.tally.big })
     }
 
-    /// Whether one sphere is seen before another at a pixel, where both are seen; `at` is its column, its row, and its place in the row at
-    /// hand. `said` bounds the distance of the first.
+    /// Whether one sphere is seen before another at a pixel, where both are seen; `at` is its
+    /// column, its row, and its place in the row at hand. `said` bounds the distance of the first.
     fn settle(
         &self,
         desk: &mut Desk,
@@ -401,7 +449,8 @@ impl<'a> Merge<'a> {
         } else {
             desk.pairs += 1;
             let pixel = self.truth.pixel(column, row);
-            let mut hit = |place: u32| pixel.hit(self.ball(place), &mut desk.tally).ok_or((place, ELSEWHERE));
+            let mut hit =
+                |place: u32| pixel.hit(self.ball(place), &mut desk.tally).ok_or((place, ELSEWHERE));
             let (a, b) = (hit(one)?, hit(other)?);
             // Places rise with indices.
             pixel.order(&a, &b, &mut desk.tally).then(one.cmp(&other)) == Ordering::Less
@@ -412,7 +461,8 @@ impl<'a> Merge<'a> {
         Ok(first)
     }
 
-    /// What is wrong if a sphere of [`Merge::scene`] that was found at a pixel turns out not to be hit there.
+    /// What is wrong if a sphere of [`Merge::scene`] that was found at a pixel turns out not to be
+    /// hit there.
     pub fn not_seen(&self, id: i32, column: u32, row: u32) -> MergeError {
         self.damaged((id as u32, ELSEWHERE), column, row)
     }
@@ -423,7 +473,8 @@ impl<'a> Merge<'a> {
         let index = self.indices[place as usize] as i64;
         let this = Region { x: column, y: row, width: 1, height: 1 };
         let says = |part: &&Part| {
-            common(part.meta.region, this).is_some() && part.row(row, column..column + 1).any(|pixel| pixel.id == index)
+            common(part.meta.region, this).is_some()
+                && part.row(row, column..column + 1).any(|pixel| pixel.id == index)
         };
         let name = self.parts.iter().find(says).map_or_else(String::new, |part| part.name.clone());
         MergeError::Damaged { name, index, fault, column, row }
@@ -434,7 +485,12 @@ impl<'a> Merge<'a> {
     }
 
     /// Certain bounds of the distance of a hit.
-    fn bounds(&self, desk: &mut Desk, [column, row]: [u32; 2], place: u32) -> Result<[f64; 2], Wrong> {
+    fn bounds(
+        &self,
+        desk: &mut Desk,
+        [column, row]: [u32; 2],
+        place: u32,
+    ) -> Result<[f64; 2], Wrong> {
         let kept = &mut desk.shown[place as usize % SHOWN];
         if kept.is_none_or(|(of, _)| of != place) {
             *kept = Some((place, self.lens.sphere(self.ball(place))));
@@ -496,9 +552,13 @@ impl Slot {
                 slot.window = if seen { sides.map(|side| side as u16) } else { [1, 0, 1, 0] };
                 // To world units by a power of two, which rounds where that is subnormal.
                 let sphere = batch.sphere(k);
-                let [near, far] = [sphere.nearest(), sphere.farthest()].map(|depth| depth / projector.scale);
-                slot.reach =
-                    if near <= far { [near.next_down(), far.next_up()] } else { [f64::NEG_INFINITY, f64::INFINITY] };
+                let [near, far] =
+                    [sphere.nearest(), sphere.farthest()].map(|depth| depth / projector.scale);
+                slot.reach = if near <= far {
+                    [near.next_down(), far.next_up()]
+                } else {
+                    [f64::NEG_INFINITY, f64::INFINITY]
+                };
             }
         }
     }
@@ -546,7 +606,8 @@ fn compare(one: &Part, other: &Part) -> Result<(), MergeError> {
 fn around(parts: &[Part]) -> Region {
     let regions = || parts.iter().map(|part| part.meta.region);
     let (left, top) = (regions().map(|r| r.x).min(), regions().map(|r| r.y).min());
-    let (right, bottom) = (regions().map(|r| r.x + r.width).max(), regions().map(|r| r.y + r.height).max());
+    let (right, bottom) =
+        (regions().map(|r| r.x + r.width).max(), regions().map(|r| r.y + r.height).max());
     let (x, y) = (left.unwrap_or(0), top.unwrap_or(0));
     Region { x, y, width: right.unwrap_or(x) - x, height: bottom.unwrap_or(y) - y }
 }
@@ -554,7 +615,8 @@ fn around(parts: &[Part]) -> Region {
 /// What two regions have in common.
 fn common(a: Region, b: Region) -> Option<Region> {
     let (x, y) = (a.x.max(b.x), a.y.max(b.y));
-    let (right, bottom) = ((a.x + a.width).min(b.x + b.width), (a.y + a.height).min(b.y + b.height));
+    let (right, bottom) =
+        ((a.x + a.width).min(b.x + b.width), (a.y + a.height).min(b.y + b.height));
     (x < right && y < bottom).then(|| Region { x, y, width: right - x, height: bottom - y })
 }
 
@@ -573,9 +635,12 @@ fn union(mut ranges: Vec<Range<u64>>) -> Vec<Range<u64>> {
 
 /// No pixel has a sphere from two parts.
 fn check_overlap(parts: &[Part]) -> Result<(), MergeError> {
-    // By index: only neighbours in this order can share spheres with an earlier run that has not ended.
-    let mut runs: Vec<(&Range<u64>, &Part)> =
-        parts.iter().flat_map(|part| part.meta.ranges.iter().map(move |range| (range, part))).collect();
+    // By index: only neighbours in this order can share spheres with an earlier run that has not
+    // ended.
+    let mut runs: Vec<(&Range<u64>, &Part)> = parts
+        .iter()
+        .flat_map(|part| part.meta.ranges.iter().map(move |range| (range, part)))
+        .collect();
     runs.sort_by_key(|(range, _)| range.start);
     let mut open: Vec<(&Range<u64>, &Part)> = Vec::new();
     for (range, part) in runs {
@@ -607,17 +672,22 @@ fn check_cover(parts: &[Part], region: Region, ranges: &[Range<u64>]) -> Result<
     let ys = cuts(region.y, region.y + region.height, &|r| [r.y, r.y + r.height]);
     let columns = xs.len() - 1;
     let mut cells = vec![(0u64, false); columns * (ys.len() - 1)];
-    let length = |ranges: &[Range<u64>]| ranges.iter().map(|range| range.end - range.start).sum::<u64>();
+    let length =
+        |ranges: &[Range<u64>]| ranges.iter().map(|range| range.end - range.start).sum::<u64>();
     let covered = |part: &Part| {
         let r = common(part.meta.region, region)?;
         let place = |cuts: &[u32], side: u32| cuts.partition_point(|&cut| cut < side);
-        Some((place(&xs, r.x)..place(&xs, r.x + r.width), place(&ys, r.y)..place(&ys, r.y + r.height)))
+        Some((
+            place(&xs, r.x)..place(&xs, r.x + r.width),
+            place(&ys, r.y)..place(&ys, r.y + r.height),
+        ))
     };
     for part in parts {
         let Some((across, down)) = covered(part) else { continue };
         let spheres = length(&part.meta.ranges);
         for row in down {
-            for (held, any) in &mut cells[row * columns + across.start..row * columns + across.end] {
+            for (held, any) in &mut cells[row * columns + across.start..row * columns + across.end]
+            {
                 (*held, *any) = (*held + spheres, true);
             }
         }
@@ -628,22 +698,37 @@ fn check_cover(parts: &[Part], region: Region, ranges: &[Range<u64>]) -> Result<
     // As far right, and then as far down, as the same is missing.
     let (column, row) = (at % columns, at / columns);
     let holds = |column: usize, row: usize| {
-        let inside = |part: &&Part| covered(part).is_some_and(|(a, d)| a.contains(&column) && d.contains(&row));
+        let inside = |part: &&Part| {
+            covered(part).is_some_and(|(a, d)| a.contains(&column) && d.contains(&row))
+        };
         union(parts.iter().filter(inside).flat_map(|part| part.meta.ranges.clone()).collect())
     };
     let held = holds(column, row);
     let like = |c: usize, r: usize| lacking(cells[r * columns + c]) && holds(c, r) == held;
     let right = (column + 1..columns).find(|&c| !like(c, row)).unwrap_or(columns);
-    let bottom = (row + 1..ys.len() - 1).find(|&r| !(column..right).all(|c| like(c, r))).unwrap_or(ys.len() - 1);
+    let bottom = (row + 1..ys.len() - 1)
+        .find(|&r| !(column..right).all(|c| like(c, r)))
+        .unwrap_or(ys.len() - 1);
     let (x, y) = (xs[column], ys[row]);
     let missing = Region { x, y, width: xs[right] - x, height: ys[bottom] - y };
     // The first run of spheres that is not held there.
     let spheres = ranges.iter().find_map(|range| {
-        let start = held.iter().find(|h| h.contains(&range.start)).map_or(range.start, |h| h.end.min(range.end));
-        let end = held.iter().map(|h| h.start).find(|&s| s > start).map_or(range.end, |s| s.min(range.end));
+        let start = held
+            .iter()
+            .find(|h| h.contains(&range.start))
+            .map_or(range.start, |h| h.end.min(range.end));
+        let end = held
+            .iter()
+            .map(|h| h.start)
+            .find(|&s| s > start)
+            .map_or(range.end, |s| s.min(range.end));
         (start < end).then_some(start..end)
     });
-    let hint = if held.is_empty() { ", or merge only the region that is drawn: --region x,y,width,height" } else { "" };
+    let hint = if held.is_empty() {
+        ", or merge only the region that is drawn: --region x,y,width,height"
+    } else {
+        ""
+    };
     // Nothing at all is held there: the spheres do not matter.
     let spheres = if held.is_empty() { 0..0 } else { spheres.unwrap_or(0..0) };
     Err(MergeError::Missing { spheres, region: missing, hint })
@@ -659,12 +744,18 @@ mod tests {
         let far: Vec<u64> = (0..500).map(|k| k * k * 1000).collect();
         for indices in [near, far, vec![7], vec![]] {
             let ranks = Ranks::new(&indices);
-            let some = indices.iter().flat_map(|&index| [index as i64, index as i64 + 1, index as i64 - 1]);
+            let some = indices
+                .iter()
+                .flat_map(|&index| [index as i64, index as i64 + 1, index as i64 - 1]);
             for index in some.chain([0, -1, i64::MAX, 1 << 40]) {
-                let want = u64::try_from(index).ok().and_then(|index| indices.binary_search(&index).ok());
+                let want =
+                    u64::try_from(index).ok().and_then(|index| indices.binary_search(&index).ok());
                 assert_eq!(ranks.slot(index, &indices), want, "{index}");
             }
-            assert_eq!(ranks.words.is_empty(), indices.last().is_none_or(|last| *last == 499 * 499 * 1000));
+            assert_eq!(
+                ranks.words.is_empty(),
+                indices.last().is_none_or(|last| *last == 499 * 499 * 1000)
+            );
         }
     }
 }

@@ -1,8 +1,10 @@
-//! Parts of a picture: what one machine found of its spheres, in its region, with all that is needed to merge it with others.
+//! Parts of a picture: what one machine found of its spheres, in its region, with all that is
+//! needed to merge it with others.
 //!
-//! A part holds, for each pixel of its region, the nearest of its spheres and certain bounds of the distance, and for each
-//! sphere that is seen its exact numbers. Where the bounds of two parts overlap, the order is decided from these numbers by
-//! [`crate::exact::decide`], as in a picture that was drawn at once; so merging loses nothing, in any order.
+//! A part holds, for each pixel of its region, the nearest of its spheres and certain bounds of the
+//! distance, and for each sphere that is seen its exact numbers. Where the bounds of two parts
+//! overlap, the order is decided from these numbers by [`crate::exact::decide`], as in a picture
+//! that was drawn at once; so merging loses nothing, in any order.
 //!
 //! * [`mod@write`]: parts as `.npz` files; the layout is described there. `load` reads them.
 //! * [`merge`]: parts that fit together become planes of the whole.
@@ -33,7 +35,8 @@ pub struct Meta {
     pub region: Region,
     /// Colour where there is no sphere, sRGB.
     pub background: [u8; 3],
-    /// The spheres that were drawn, as runs of indices in the whole scene: not empty, apart, in order.
+    /// The spheres that were drawn, as runs of indices in the whole scene: not empty, apart, in
+    /// order.
     pub ranges: Vec<Range<u64>>,
     /// The extent of these spheres; none if there are none.
     pub bounds: Option<Bounds>,
@@ -79,7 +82,8 @@ impl Pixels {
                 true => i64::from_le_bytes(id.try_into().expect("8 bytes")),
                 false => i32::from_le_bytes(id.try_into().expect("4 bytes")).into(),
             };
-            let [low, high] = [0, 8].map(|at| f64::from_le_bytes(bounds[at..at + 8].try_into().expect("8 bytes")));
+            let [low, high] = [0, 8]
+                .map(|at| f64::from_le_bytes(bounds[at..at + 8].try_into().expect("8 bytes")));
             Pixel { id, bounds: [low, high] }
         })
     }
@@ -104,7 +108,8 @@ impl Part {
     fn row(&self, row: u32, columns: Range<u32>) -> impl Iterator<Item = Pixel> + '_ {
         let Region { x, y, width, .. } = self.meta.region;
         let start = (row - y) as usize * width as usize;
-        self.pixels.records(start + (columns.start - x) as usize..start + (columns.end - x) as usize)
+        self.pixels
+            .records(start + (columns.start - x) as usize..start + (columns.end - x) as usize)
     }
 }
 
@@ -128,9 +133,8 @@ impl Seen {
 
     /// Those that are seen, rising.
     pub fn iter(&self) -> impl Iterator<Item = usize> + Clone + '_ {
-        self.0
-            .iter()
-            .enumerate()
-            .flat_map(|(word, &bits)| (0..64).filter(move |bit| bits >> bit & 1 == 1).map(move |bit| 64 * word + bit))
+        self.0.iter().enumerate().flat_map(|(word, &bits)| {
+            (0..64).filter(move |bit| bits >> bit & 1 == 1).map(move |bit| 64 * word + bit)
+        })
     }
 }

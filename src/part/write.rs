@@ -1,20 +1,27 @@
-//! Writes a part as a NumPy archive (`.npz`): a zip file of uncompressed `.npy` arrays, little-endian, the same bytes on
-//! every machine.
+//! Writes a part as a NumPy archive (`.npz`): a zip file of uncompressed `.npy` arrays,
+//! little-endian, the same bytes on every machine.
 //!
 //! | array | type, shape | |
 //! | --- | --- | --- |
-//! | `pixels` | records, (height, width) | `id`: index of the nearest sphere in the whole scene, int32 or, where that is too short, int64; -1 for none. `low`, `high`: float64, between which the distance lies, apart by at most 2^-20 of it or 8 of the least positive numbers; inf for none (`high` is, too, where no f64 is as large) |
+//! | `pixels` | records, (height, width) | `id`, `low` and `high`, see below |
 //! | `indices` | int64, (M,) | the spheres that are seen, rising |
-//! | `centers`, `radii`, `colors` | float64 (M, 3), float64 (M,), uint8 (M, 3) | their numbers, exactly |
+//! | `centers`, `radii`, `colors` | float64, (M, 3) and (M,); uint8, (M, 3) | exact |
 //! | `ranges` | int64, (R, 2) | first and one past the last index of the spheres that were drawn |
-//! | `extent` | float64, (2, 4) | least and greatest x, y, z of their centres, and radius; nan for none |
-//! | `image`, `region` | int64, (2,) and (4,) | width and height of the whole; column, row, width, height of the part |
+//! | `extent` | float64, (2, 4) | least and greatest x, y, z, radius; nan for none |
+//! | `image`, `region` | int64, (2,), (4,) | width, height; column, row, width, height |
 //! | `projection` | uint8, () | 0 orthographic, 1 perspective |
 //! | `origin`, `view`, `up` | float64, (3,) | the camera's, unrounded |
-//! | `screen` | float64, (2,) | width and height; nan for one that follows from the image's aspect |
+//! | `screen` | float64, (2,) | width and height; nan for what follows from the image |
 //! | `clip` | float64, (2,) | near and far |
 //! | `background` | uint8, (3,) | sRGB |
 //! | `version` | int64, () | 1 |
+//!
+//! `id` is the index of the nearest sphere in the whole scene: int32 or, where that is too short,
+//! int64; -1 for none. The distance lies between `low` and `high`, float64, which are apart by at
+//! most 2^-20 of it or 8 of the least positive numbers. Both are inf for none; `high` is, too,
+//! where no f64 is as large. `centers`, `radii` and `colors` are the numbers of the spheres that
+//! are seen; `extent` is of the centres and radii of all spheres that were drawn. `image` is of
+//! the whole picture, `region` of the part.
 
 use std::io::{self, Write};
 
@@ -48,8 +55,10 @@ impl<'a, W: Write> PartWriter<'a, W> {
         let mut zip = ZipWriter::new_stream(out);
         let Region { width, height, .. } = meta.region;
         let id = if wide { "<i8" } else { "<i4" };
-        let header =
-            npy_record_header(&[("id", id), ("low", "<f8"), ("high", "<f8")], &[height as usize, width as usize]);
+        let header = npy_record_header(
+            &[("id", id), ("low", "<f8"), ("high", "<f8")],
+            &[height as usize, width as usize],
+        );
         let left = meta.region.pixels();
         start(&mut zip, "pixels", &header, left * Pixels::record(wide))?;
         Ok(Self { zip, meta, wide, left })
@@ -84,13 +93,22 @@ impl<'a, W: Write> PartWriter<'a, W> {
     ///
     /// # Panics
     /// When pixels are missing.
-    pub fn finish(mut self, spheres: impl Iterator<Item = (u64, Sphere)> + Clone) -> io::Result<()> {
+    pub fn finish(
+        mut self,
+        spheres: impl Iterator<Item = (u64, Sphere)> + Clone,
+    ) -> io::Result<()> {
         assert_eq!(self.left, 0, "all pixels come before the end");
         let count = spheres.clone().count();
         let zip = &mut self.zip;
         let n = |index: u64| (index as i64).to_le_bytes();
         array(zip, "indices", "<i8", &[count], spheres.clone().map(|(index, _)| n(index)))?;
-        array(zip, "centers", "<f8", &[count, 3], spheres.clone().flat_map(|(_, s)| reals(s.center.to_array())))?;
+        array(
+            zip,
+            "centers",
+            "<f8",
+            &[count, 3],
+            spheres.clone().flat_map(|(_, s)| reals(s.center.to_array())),
+        )?;
         array(zip, "radii", "<f8", &[count], spheres.clone().map(|(_, s)| s.radius.to_le_bytes()))?;
         array(zip, "colors", "|u1", &[count, 3], spheres.map(|(_, s)| s.color))?;
 
@@ -117,7 +135,8 @@ impl<'a, W: Write> PartWriter<'a, W> {
             Projection::Perspective => 1,
         };
         array(zip, "projection", "|u1", &[], [[projection]].into_iter())?;
-        for (name, vector) in [("origin", camera.origin), ("view", camera.view), ("up", camera.up)] {
+        for (name, vector) in [("origin", camera.origin), ("view", camera.view), ("up", camera.up)]
+        {
             array(zip, name, "<f8", &[3], reals(vector.to_array()).into_iter())?;
         }
         let screen = match camera.size {
@@ -140,9 +159,16 @@ fn reals<const N: usize>(values: [f64; N]) -> [[u8; 8]; N] {
 }
 
 /// Begins an array of the archive.
-fn start<W: Write>(zip: &mut ZipWriter<StreamWriter<W>>, name: &str, header: &[u8], bytes: usize) -> io::Result<()> {
+fn start<W: Write>(
+    zip: &mut ZipWriter<StreamWriter<W>>,
+    name: &str,
+    header: &[u8],
+    bytes: usize,
+) -> io::Result<()> {
     let large = bytes + header.len() > u32::MAX as usize;
-    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(large);
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(large);
     zip.start_file(format!("{name}.npy"), options)?;
     zip.write_all(header)
 }

@@ -1,8 +1,9 @@
 //! Events in, pictures out: what the window shows, and what it wants to show next.
 //!
-//! Input changes the camera at once and draws nothing. When the drawing thread is idle and the window shows another view than
-//! is wanted, that view is begun: a burst of input costs one picture, and no input costs none. A window that has to be filled
-//! again, because another one lay over it, is filled with the picture that is there.
+//! Input changes the camera at once and draws nothing. When the drawing thread is idle and the
+//! window shows another view than is wanted, that view is begun: a burst of input costs one
+//! picture, and no input costs none. A window that has to be filled again, because another one lay
+//! over it, is filled with the picture that is there.
 //!
 //! When an array changes on the disk, the last picture stays and no other is drawn.
 
@@ -115,7 +116,11 @@ impl App {
     ///
     /// # Errors
     /// When there is no thread to draw with.
-    pub fn new(start: Start, device: Device, proxy: EventLoopProxy<Message>) -> Result<Self, ViewError> {
+    pub fn new(
+        start: Start,
+        device: Device,
+        proxy: EventLoopProxy<Message>,
+    ) -> Result<Self, ViewError> {
         let words = device.description();
         let to_app = proxy.clone();
         let done = move |drawn| {
@@ -166,7 +171,9 @@ impl App {
     pub fn end(mut self) -> Ended {
         self.window = None;
         if !self.screenshots.is_empty() {
-            (self.start.say)("note: the window ended before the last screenshot was drawn; it was not saved");
+            (self.start.say)(
+                "note: the window ended before the last screenshot was drawn; it was not saved",
+            );
         }
         let drawing = self.painter.take().is_some_and(Painter::end);
         match (self.panic, self.failure) {
@@ -195,7 +202,8 @@ impl App {
         0.5 * bounds.min_center + 0.5 * bounds.max_center
     }
 
-    /// A depth to work at: that of `point` if the camera can work with it, else a length of the scene's order.
+    /// A depth to work at: that of `point` if the camera can work with it, else a length of the
+    /// scene's order.
     fn depth_of(&self, point: DVec3) -> f64 {
         let depth = navigate::depth(&self.camera, point);
         let usable = match self.camera.projection {
@@ -206,15 +214,20 @@ impl App {
             return depth;
         }
         let bounds = self.start.loaded.scene.bounds();
-        let reach = (0.5 * bounds.max_center - 0.5 * bounds.min_center).length() + bounds.max_radius;
+        let reach =
+            (0.5 * bounds.max_center - 0.5 * bounds.min_center).length() + bounds.max_radius;
         if reach.is_finite() && reach > 0.0 { reach } else { 1.0 }
     }
 
     /// The point of the scene that is seen below the cursor, in the picture that is shown.
     fn hit(&self) -> Option<DVec3> {
-        let frame = self.frame.as_deref().filter(|frame| frame.view.image == self.image && self.changed.is_none())?;
+        let frame = self
+            .frame
+            .as_deref()
+            .filter(|frame| frame.view.image == self.image && self.changed.is_none())?;
         let inside = |at: f64, side: u32| (at >= 0.0 && at < f64::from(side)).then_some(at as u32);
-        let (column, row) = (inside(self.cursor.x, self.image.width)?, inside(self.cursor.y, self.image.height)?);
+        let (column, row) =
+            (inside(self.cursor.x, self.image.width)?, inside(self.cursor.y, self.image.height)?);
         let id = *frame.ids.get(row as usize * self.image.width as usize + column as usize)?;
         let scene = &self.start.loaded.scene;
         let sphere = scene.sphere(usize::try_from(id).ok()?)?;
@@ -225,13 +238,16 @@ impl App {
         Some(navigate::point(&frame.view, sample, distance)).filter(|point| point.is_finite())
     }
 
-    /// The point that a gesture at the cursor is about: the scene below the cursor, or else `instead`. It is moved along
-    /// the picture onto the cursor's ray, by less than a pixel unless the camera has moved since the picture was drawn.
+    /// The point that a gesture at the cursor is about: the scene below the cursor, or else
+    /// `instead`. It is moved along the picture onto the cursor's ray, by less than a pixel unless
+    /// the camera has moved since the picture was drawn.
     fn grasp(&self, instead: Option<DVec3>) -> DVec3 {
         match (self.hit(), instead) {
             (Some(hit), _) => navigate::point(&self.view(), self.cursor, self.depth_of(hit)),
             (None, Some(point)) => point,
-            (None, None) => navigate::point(&self.view(), self.cursor, self.depth_of(self.center())),
+            (None, None) => {
+                navigate::point(&self.view(), self.cursor, self.depth_of(self.center()))
+            }
         }
     }
 
@@ -300,7 +316,9 @@ impl App {
             return;
         }
         let say = self.start.say;
-        say(&format!("error: {words}\nthe window keeps its last picture; close it and view the scene again"));
+        say(&format!(
+            "error: {words}\nthe window keeps its last picture; close it and view the scene again"
+        ));
         if !self.screenshots.is_empty() {
             say("error: what the arrays were is gone, so that the screenshot was not saved");
             self.screenshots.clear();
@@ -331,7 +349,10 @@ impl App {
                 }
             },
             Command::Screenshot if self.changed.is_some() => {
-                (self.start.say)("error: an array has changed since the scene was loaded; no screenshot was saved");
+                (self.start.say)(
+                    "error: an array has changed since the scene was loaded; no screenshot was \
+                     saved",
+                );
             }
             Command::Screenshot => {
                 self.screenshots.push_back(self.view());
@@ -407,14 +428,18 @@ impl App {
         let title = if self.help {
             format!("{name} | {}", keys::SHORT)
         } else if self.changed.is_some() {
-            format!("{name} | an array has changed on the disk: this is the last picture; close and view again")
+            format!(
+                "{name} | an array has changed on the disk: this is the last picture; close and \
+                 view again"
+            )
         } else {
             let spheres = self.start.loaded.scene.len();
             let ImageSize { width, height } = self.image;
             let milliseconds = self.frame.as_ref().map_or(0.0, |frame| frame.milliseconds);
             let (device, drawn) = (&self.device, self.drawn);
             format!(
-                "{name} | {spheres} spheres | {width} x {height} | {device} | {milliseconds:.1} ms, picture {drawn} | H: keys"
+                "{name} | {spheres} spheres | {width} x {height} | {device} | {milliseconds:.1} \
+                 ms, picture {drawn} | H: keys"
             )
         };
         window.set_title(&title);
@@ -431,7 +456,8 @@ impl App {
             Canvas::X(presenter) => presenter.show(picture),
             Canvas::Soft(surface) => {
                 let ImageSize { width, height } = self.image;
-                let (Some(columns), Some(rows)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
+                let (Some(columns), Some(rows)) = (NonZeroU32::new(width), NonZeroU32::new(height))
+                else {
                     return Ok(());
                 };
                 surface.resize(columns, rows)?;
@@ -448,18 +474,24 @@ impl App {
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<(), String> {
         let ImageSize { mut width, mut height } = self.start.image;
-        let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
-        if let Some(screen) = monitor.map(|monitor| monitor.size()).filter(|size| size.width > 0 && size.height > 0) {
-            let most = [screen.width, screen.height].map(|side| f64::from((side / 10 * SCREEN_TENTHS).max(1)));
+        let monitor =
+            event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+        if let Some(screen) =
+            monitor.map(|monitor| monitor.size()).filter(|size| size.width > 0 && size.height > 0)
+        {
+            let most = [screen.width, screen.height]
+                .map(|side| f64::from((side / 10 * SCREEN_TENTHS).max(1)));
             let shrink = (most[0] / f64::from(width)).min(most[1] / f64::from(height));
             if shrink < 1.0 {
-                [width, height] = [width, height].map(|side| ((f64::from(side) * shrink) as u32).max(1));
+                [width, height] =
+                    [width, height].map(|side| ((f64::from(side) * shrink) as u32).max(1));
             }
         }
         let attributes = Window::default_attributes()
             .with_title(self.start.name.to_string_lossy())
             .with_inner_size(PhysicalSize::new(width, height));
-        let window = Rc::new(event_loop.create_window(attributes).map_err(|error| error.to_string())?);
+        let window =
+            Rc::new(event_loop.create_window(attributes).map_err(|error| error.to_string())?);
         let size = window.inner_size();
         let canvas = self.canvas(event_loop, &window)?;
         self.window = Some((window, canvas));
@@ -473,17 +505,24 @@ impl App {
         if let Some((server, number)) = &self.on_x {
             use winit::raw_window_handle::{HasWindowHandle, RawWindowHandle};
             let handle = window.window_handle().map_err(|error| error.to_string())?.as_raw();
-            let RawWindowHandle::Xlib(handle) = handle else { return Err(format!("it is no window of X: {handle:?}")) };
+            let RawWindowHandle::Xlib(handle) = handle else {
+                return Err(format!("it is no window of X: {handle:?}"));
+            };
             // Numbers on an X server have 32 bits, whatever Xlib keeps them in.
             let id = handle.window as u32;
             number.store(id, std::sync::atomic::Ordering::Relaxed);
             let to_app = self.proxy.clone();
             let failed = move |trouble| drop(to_app.send_event(Message::Trouble(trouble)));
             let presenter = super::x11::present::Presenter::start(Arc::clone(server), id, failed);
-            return presenter.map(Canvas::X).map_err(|error| format!("no thread to present with: {error}"));
+            return presenter
+                .map(Canvas::X)
+                .map_err(|error| format!("no thread to present with: {error}"));
         }
-        let context = Context::new(event_loop.owned_display_handle()).map_err(|error| error.to_string())?;
-        Surface::new(&context, Rc::clone(window)).map(Canvas::Soft).map_err(|error| error.to_string())
+        let context =
+            Context::new(event_loop.owned_display_handle()).map_err(|error| error.to_string())?;
+        Surface::new(&context, Rc::clone(window))
+            .map(Canvas::Soft)
+            .map_err(|error| error.to_string())
     }
 
     fn fail(&mut self, error: ViewError, event_loop: &ActiveEventLoop) {
@@ -533,14 +572,18 @@ impl ApplicationHandler<Message> for App {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             // By somebody else: at the end nothing is listened to any more.
-            WindowEvent::Destroyed if self.window.is_some() => self.fail(ViewError::Destroyed, event_loop),
+            WindowEvent::Destroyed if self.window.is_some() => {
+                self.fail(ViewError::Destroyed, event_loop)
+            }
             WindowEvent::Resized(size) => self.resized(size),
             WindowEvent::RedrawRequested => {
                 if let Err(error) = self.present() {
                     self.fail(ViewError::Window(error.to_string()), event_loop);
                 }
             }
-            WindowEvent::CursorMoved { position, .. } => self.moved(DVec2::new(position.x, position.y)),
+            WindowEvent::CursorMoved { position, .. } => {
+                self.moved(DVec2::new(position.x, position.y))
+            }
             WindowEvent::MouseInput { state, button, .. } => self.button(button, state),
             WindowEvent::MouseWheel { delta, .. } => self.wheel(delta),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),

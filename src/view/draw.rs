@@ -1,7 +1,7 @@
 //! The thread that draws: the window stays responsive however long a picture takes.
 //!
-//! It takes one view at a time. Whoever asks keeps the newest view back until the last picture has come, so that views that
-//! are overtaken are never drawn.
+//! It takes one view at a time. Whoever asks keeps the newest view back until the last picture has
+//! come, so that views that are overtaken are never drawn.
 
 use std::{
     any::Any,
@@ -68,7 +68,11 @@ impl Painter {
     ///
     /// # Errors
     /// When there is no thread to be had.
-    pub fn start(mut device: Device, loaded: Loaded, done: impl Fn(Drawn) + Send + 'static) -> io::Result<Self> {
+    pub fn start(
+        mut device: Device,
+        loaded: Loaded,
+        done: impl Fn(Drawn) + Send + 'static,
+    ) -> io::Result<Self> {
         let (jobs, queue) = mpsc::channel();
         let cancel = Cancel::new();
         device.cancel_on(&cancel);
@@ -91,7 +95,8 @@ impl Painter {
         let _ = self.jobs.send(view);
     }
 
-    /// Ends the thread, and the picture that is under way. Answers whether it still is after a moment: then it is not waited for.
+    /// Ends the thread, and the picture that is under way. Answers whether it still is after a
+    /// moment: then it is not waited for.
     pub fn end(self) -> bool {
         let Self { jobs, thread, cancel } = self;
         drop(jobs);

@@ -86,7 +86,8 @@ fn stays_silent(panic: &PanicHookInfo) -> bool {
 fn of_windowing(place: &Location) -> bool {
     place.file().split(['/', '\\']).any(|folder| {
         CRATES.iter().any(|name| {
-            let version = folder.strip_prefix(name).map(|rest| rest.strip_prefix('-').unwrap_or(rest));
+            let version =
+                folder.strip_prefix(name).map(|rest| rest.strip_prefix('-').unwrap_or(rest));
             version.is_some_and(|version| version.chars().all(|c| c.is_ascii_digit() || c == '.'))
         })
     })
@@ -139,7 +140,9 @@ mod tests {
 
     #[test]
     fn panics_of_others_stay_theirs() {
-        let Err(Panic::Other(payload)) = catch(|| panic!("on purpose")) else { panic!("it was not caught") };
+        let Err(Panic::Other(payload)) = catch(|| panic!("on purpose")) else {
+            panic!("it was not caught")
+        };
         assert_eq!(words(&*payload), "on purpose");
         assert!(catch(|| 5).is_ok_and(|five| five == 5));
         assert!(!of_windowing(Location::caller()));

@@ -13,14 +13,16 @@ pub const KEYS: &str = concat!(
     "  F                     frame the whole scene, without clip planes\n",
     "  R                     reset to the scene's camera\n",
     "  O                     orthographic or perspective\n",
-    "  S                     save a screenshot under a new name; its camera goes to standard output\n",
+    "  S                     save a screenshot under a new name; its camera goes to standard \
+     output\n",
     "  H                     list the keys\n",
     "  Esc, Q                quit",
 );
 
 /// The same in a line, for the title bar.
-pub(super) const SHORT: &str = "drag: turn | shift or middle drag: move | wheel: zoom | F: frame all | R: reset | \
-    O: orthographic or perspective | S: screenshot | H: keys | Q: quit";
+pub(super) const SHORT: &str = "drag: turn | shift or middle drag: move | wheel: zoom | F: frame \
+                                all | R: reset | O: orthographic or perspective | S: screenshot | \
+                                H: keys | Q: quit";
 
 /// What a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +48,8 @@ pub(super) fn command(event: &KeyEvent) -> Option<Command> {
     }
     match &event.logical_key {
         Key::Named(NamedKey::Escape) => Some(Command::Quit),
-        // The letter that is written on the key; where that is no Latin one, the letter at its place on a Latin keyboard.
+        // The letter that is written on the key; where that is no Latin one, the letter at its
+        // place on a Latin keyboard.
         Key::Character(text) if text.is_ascii() => match text.to_ascii_lowercase().as_str() {
             "f" => Some(Command::Frame),
             "r" => Some(Command::Reset),

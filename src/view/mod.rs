@@ -41,20 +41,22 @@ use crate::{
 const FIX: &str = "use `planisphere render`, which draws into a file and needs no display";
 
 /// What leads to a display.
-const DISPLAY_FIX: &str =
-    "set one of these variables to a display that is there, and unset those of displays that are not";
+const DISPLAY_FIX: &str = "set one of these variables to a display that is there, and unset those \
+                           of displays that are not";
 
 /// What winit loads when it opens a window.
-const LIBRARIES: &str = "on Debian and Ubuntu, apt-get install libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon0 \
-    libxkbcommon-x11-0 libwayland-client0";
+const LIBRARIES: &str = "on Debian and Ubuntu, apt-get install libx11-6 libx11-xcb1 libxcursor1 \
+                         libxi6 libxkbcommon0 libxkbcommon-x11-0 libwayland-client0";
 
 /// What a window is opened with.
 pub struct Start {
     /// What is seen, and from where at first.
     pub loaded: Loaded,
-    /// Name of the scene, without folder and ending: the title, and the beginning of the screenshots' names.
+    /// Name of the scene, without folder and ending: the title, and the beginning of the
+    /// screenshots' names.
     pub name: OsString,
-    /// Size of the picture, as [`crate::camera::View`] takes it: the window begins with it, or smaller if the screen is.
+    /// Size of the picture, as [`crate::camera::View`] takes it: the window begins with it, or
+    /// smaller if the screen is.
     pub image: ImageSize,
     /// Takes what is to be said to people.
     pub say: fn(&str),
@@ -88,7 +90,10 @@ pub enum ViewError {
     #[error("the window failed: {0}\nfix: {FIX}")]
     Window(String),
     /// The server has ended, or the way to it is cut: which kind of server.
-    #[error("the window is gone: the {0} does not answer any more\nfix: open the window again when it does; or {FIX}")]
+    #[error(
+        "the window is gone: the {0} does not answer any more\nfix: open the window again when it \
+         does; or {FIX}"
+    )]
     Lost(&'static str),
     /// The window, or its connection, was taken away.
     #[error("the window is gone: another program has destroyed it\nfix: open it again; or {FIX}")]
@@ -156,7 +161,9 @@ impl Desktop {
             Ok(Ended::Shown(shown)) => shown,
             Ok(Ended::Broken(words)) | Err(guard::Panic::Windowing(words)) => failed(words),
             Ok(Ended::Lost) => Shown { result: Err(ViewError::Lost("display")), drawing: true },
-            Ok(Ended::Panicked(payload)) | Err(guard::Panic::Other(payload)) => std::panic::resume_unwind(payload),
+            Ok(Ended::Panicked(payload)) | Err(guard::Panic::Other(payload)) => {
+                std::panic::resume_unwind(payload)
+            }
         }
     }
 }
@@ -177,7 +184,9 @@ fn run(event_loop: EventLoop<app::Message>, mut app: app::App) -> Ended {
     event_loop.set_control_flow(ControlFlow::Wait);
     let ran = event_loop.run_app(&mut app);
     match (app.end(), ran) {
-        (Ended::Shown(Shown { result: Ok(()), .. }), Err(EventLoopError::ExitFailure(_))) => Ended::Lost,
+        (Ended::Shown(Shown { result: Ok(()), .. }), Err(EventLoopError::ExitFailure(_))) => {
+            Ended::Lost
+        }
         (Ended::Shown(Shown { result: Ok(()), .. }), Err(error)) => {
             Ended::Broken(reason(&error.to_string()).to_owned())
         }
@@ -187,5 +196,9 @@ fn run(event_loop: EventLoop<app::Message>, mut app: app::App) -> Ended {
 
 /// What a windowing crate says, without the place in its source where it came up.
 fn reason(words: &str) -> &str {
-    words.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(words, |w| w.1).trim_end_matches('.')
+    words
+        .split_once(".rs:")
+        .and_then(|(_, rest)| rest.split_once(": "))
+        .map_or(words, |w| w.1)
+        .trim_end_matches('.')
 }

@@ -1,9 +1,10 @@
 //! How a camera moves: pure arithmetic from a view and a gesture to a new camera, in f64.
 //!
-//! Places in the window are in pixels from its top left corner, so that pixel (i, j) has its sample at (i + 1/2, j + 1/2).
-//! Depths are distances along the view direction, as the contract's `t`. A gesture is always applied to the camera that it
-//! began with, so that nothing adds up: moving the mouse back brings back the camera. What comes out may not be a camera
-//! where numbers run out of range; [`Camera::check`] tells.
+//! Places in the window are in pixels from its top left corner, so that pixel (i, j) has its sample
+//! at (i + 1/2, j + 1/2). Depths are distances along the view direction, as the contract's `t`. A
+//! gesture is always applied to the camera that it began with, so that nothing adds up: moving the
+//! mouse back brings back the camera. What comes out may not be a camera where numbers run out of
+//! range; [`Camera::check`] tells.
 
 use std::f64::consts::PI;
 
@@ -80,12 +81,13 @@ pub fn place(view: &View, point: DVec3) -> DVec2 {
     middle(view.image) + DVec2::new(x / view.pitch_x.to_f64(), -y / view.pitch_y.to_f64())
 }
 
-/// Turns the camera about a point, as if the scene stood on a turntable whose axis is the camera's `up`: what is in front of
-/// the point follows the mouse, half a turn for the window's shorter side. The point stays where it is on the screen and as
-/// far away as it is; `up` and the clip planes stay what they are.
+/// Turns the camera about a point, as if the scene stood on a turntable whose axis is the camera's
+/// `up`: what is in front of the point follows the mouse, half a turn for the window's shorter
+/// side. The point stays where it is on the screen and as far away as it is; `up` and the clip
+/// planes stay what they are.
 ///
-/// An orthographic camera without clip planes that has all of `bounds` in front of it keeps it so, by stepping back along its
-/// rays, which changes nothing else.
+/// An orthographic camera without clip planes that has all of `bounds` in front of it keeps it so,
+/// by stepping back along its rays, which changes nothing else.
 pub fn orbit(view: &View, pivot: DVec3, pixels: DVec2, bounds: Bounds) -> Camera {
     let camera = view.camera;
     if pixels == DVec2::ZERO {
@@ -99,16 +101,24 @@ pub fn orbit(view: &View, pivot: DVec3, pixels: DVec2, bounds: Bounds) -> Camera
     let least = POLE.min(from_up).min(PI - from_up);
     let tilt = angles.y.clamp(least - from_up, PI - least - from_up);
     let turn = DQuat::from_axis_angle(axis, -angles.x) * DQuat::from_axis_angle(frame.right, -tilt);
-    let mut turned = Camera { origin: pivot + turn * (camera.origin - pivot), view: turn * frame.forward, ..camera };
+    let mut turned = Camera {
+        origin: pivot + turn * (camera.origin - pivot),
+        view: turn * frame.forward,
+        ..camera
+    };
     let unclipped = camera.near == 0.0 && camera.far == f64::INFINITY;
-    if camera.projection == Projection::Orthographic && unclipped && clearance(&camera, bounds) >= 0.0 {
+    if camera.projection == Projection::Orthographic
+        && unclipped
+        && clearance(&camera, bounds) >= 0.0
+    {
         let missing = (-clearance(&turned, bounds)).max(0.0);
         turned.origin -= missing * turned.view;
     }
     turned
 }
 
-/// How far in front of the camera everything in `bounds` is; negative if something may be behind it.
+/// How far in front of the camera everything in `bounds` is; negative if something may be behind
+/// it.
 fn clearance(camera: &Camera, bounds: Bounds) -> f64 {
     let forward = Frame::of(camera).forward;
     let center = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
@@ -130,8 +140,9 @@ pub fn pan(view: &View, depth: f64, pixels: DVec2) -> Camera {
     Camera { origin: camera.origin - scale * lateral, ..camera }
 }
 
-/// Zooms towards what is under the cursor at a depth, which stays there. `factor` is what becomes of the size of the screen
-/// (orthographic) or of the distance to the point (perspective): below 1 zooms in.
+/// Zooms towards what is under the cursor at a depth, which stays there. `factor` is what becomes
+/// of the size of the screen (orthographic) or of the distance to the point (perspective): below 1
+/// zooms in.
 pub fn zoom(view: &View, cursor: DVec2, depth: f64, factor: f64) -> Camera {
     let camera = view.camera;
     let target = point(view, cursor, depth);
@@ -151,14 +162,17 @@ fn times(size: ScreenSize, factor: f64) -> ScreenSize {
     match size {
         ScreenSize::Width(width) => ScreenSize::Width(factor * width),
         ScreenSize::Height(height) => ScreenSize::Height(factor * height),
-        ScreenSize::Both { width, height } => ScreenSize::Both { width: factor * width, height: factor * height },
+        ScreenSize::Both { width, height } => {
+            ScreenSize::Both { width: factor * width, height: factor * height }
+        }
     }
 }
 
 /// The other projection, with everything at a depth staying where it is on the screen.
 ///
-/// Orthographic to perspective, the camera steps to where its field of view shows that much, and clip planes that are set
-/// stay where they are in the world, as far as they are in front of it. Perspective to orthographic, the camera stays.
+/// Orthographic to perspective, the camera steps to where its field of view shows that much, and
+/// clip planes that are set stay where they are in the world, as far as they are in front of it.
+/// Perspective to orthographic, the camera stays.
 pub fn switch(view: &View, depth: f64) -> Camera {
     let camera = view.camera;
     match camera.projection {
@@ -173,21 +187,30 @@ pub fn switch(view: &View, depth: f64) -> Camera {
             // window's.
             let size = match camera.size {
                 ScreenSize::Height(_) => ScreenSize::Height(tall),
-                ScreenSize::Width(_) => {
-                    ScreenSize::Width(tall * (f64::from(view.image.width) / f64::from(view.image.height)))
-                }
+                ScreenSize::Width(_) => ScreenSize::Width(
+                    tall * (f64::from(view.image.width) / f64::from(view.image.height)),
+                ),
                 both @ ScreenSize::Both { .. } => times(both, 1.0 / distance),
             };
-            Camera { projection: Projection::Perspective, origin, size, near, far: camera.far + back, ..camera }
+            Camera {
+                projection: Projection::Perspective,
+                origin,
+                size,
+                near,
+                far: camera.far + back,
+                ..camera
+            }
         }
-        Projection::Perspective => {
-            Camera { projection: Projection::Orthographic, size: times(camera.size, depth), ..camera }
-        }
+        Projection::Perspective => Camera {
+            projection: Projection::Orthographic,
+            size: times(camera.size, depth),
+            ..camera
+        },
     }
 }
 
-/// The camera for a window of another size: one that gives the screen's width or height keeps it, and one that gives both
-/// keeps the height and the shape of the pixels.
+/// The camera for a window of another size: one that gives the screen's width or height keeps it,
+/// and one that gives both keeps the height and the shape of the pixels.
 pub fn resized(camera: &Camera, from: ImageSize, to: ImageSize) -> Camera {
     let ScreenSize::Both { width, height } = camera.size else { return *camera };
     if from == to {
@@ -218,10 +241,15 @@ mod tests {
         }
     }
 
-    /// Both projections, oblique and along an axis, near the origin of the world and a million away, every kind of size.
+    /// Both projections, oblique and along an axis, near the origin of the world and a million
+    /// away, every kind of size.
     fn views() -> Vec<View> {
         let mut views = Vec::new();
-        let sizes = [ScreenSize::Width(3.0), ScreenSize::Height(0.7), ScreenSize::Both { width: 4.0, height: 5.0 }];
+        let sizes = [
+            ScreenSize::Width(3.0),
+            ScreenSize::Height(0.7),
+            ScreenSize::Both { width: 4.0, height: 5.0 },
+        ];
         for projection in [Projection::Orthographic, Projection::Perspective] {
             for (direction, up) in [
                 (DVec3::X, DVec3::Z),
@@ -230,7 +258,15 @@ mod tests {
             ] {
                 for origin in [DVec3::new(-20.0, 1.0, 2.0), DVec3::splat(1e6)] {
                     for size in sizes {
-                        let camera = Camera { projection, origin, view: direction, up, size, near: 1.0, far: 1e3 };
+                        let camera = Camera {
+                            projection,
+                            origin,
+                            view: direction,
+                            up,
+                            size,
+                            near: 1.0,
+                            far: 1e3,
+                        };
                         camera.check().unwrap();
                         views.push(View::new(camera, IMAGE));
                     }
@@ -252,7 +288,9 @@ mod tests {
                 let cursor = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
                 let found = point(&view, cursor, 7.0);
                 let ray = view.ray(column, row);
-                assert!((found - (ray.origin + 7.0 * ray.direction)).length() < 1e-9 * found.length());
+                assert!(
+                    (found - (ray.origin + 7.0 * ray.direction)).length() < 1e-9 * found.length()
+                );
                 same_place(place(&view, found), cursor);
                 assert!((depth(&view.camera, found) - 7.0).abs() < 1e-8);
             }
@@ -263,7 +301,9 @@ mod tests {
     fn turning_keeps_the_pivot_where_it_is() {
         for view in views() {
             for cursor in [DVec2::new(320.0, 240.0), DVec2::new(20.5, 400.0)] {
-                for pixels in [DVec2::new(1.0, 0.0), DVec2::new(-300.0, 20.0), DVec2::new(90.0, -1000.0)] {
+                for pixels in
+                    [DVec2::new(1.0, 0.0), DVec2::new(-300.0, 20.0), DVec2::new(90.0, -1000.0)]
+                {
                     let pivot = point(&view, cursor, 7.0);
                     let camera = orbit(&view, pivot, pixels, bounds());
                     camera.check().unwrap();
@@ -320,7 +360,10 @@ mod tests {
             same_place(place(&View::new(camera, IMAGE), pivot), place(&view, pivot));
             // Inside, or with planes set, nothing but the turn happens.
             for near in [0.0, 1.0] {
-                let inside = View::new(Camera { origin: DVec3::new(-1.0 - near, 2.0, 0.0), near, ..outside }, IMAGE);
+                let inside = View::new(
+                    Camera { origin: DVec3::new(-1.0 - near, 2.0, 0.0), near, ..outside },
+                    IMAGE,
+                );
                 let turned = orbit(&inside, pivot, pixels, bounds());
                 assert!((depth(&turned, pivot) - depth(&inside.camera, pivot)).abs() < 1e-9);
             }
@@ -373,8 +416,12 @@ mod tests {
             // What the planes cut is what they cut before, at the far side at least.
             let far = point(&view, DVec2::new(320.0, 240.0), view.camera.far);
             assert!((depth(&camera, far) - camera.far).abs() < 1e-6);
-            let back = switch(&switched, depth(&camera, point(&view, DVec2::new(320.0, 240.0), at)));
-            same_place(place(&View::new(back, IMAGE), point(&view, DVec2::new(9.0, 9.0), at)), DVec2::new(9.0, 9.0));
+            let back =
+                switch(&switched, depth(&camera, point(&view, DVec2::new(320.0, 240.0), at)));
+            same_place(
+                place(&View::new(back, IMAGE), point(&view, DVec2::new(9.0, 9.0), at)),
+                DVec2::new(9.0, 9.0),
+            );
         }
         let plain = Camera::orthographic(DVec3::ZERO, DVec3::X);
         let camera = switch(&View::new(plain, IMAGE), 5.0);
@@ -391,12 +438,18 @@ mod tests {
             assert!((shape(&before) / shape(&after) - 1.0).abs() < 1e-9);
             assert_eq!(resized(&view.camera, IMAGE, IMAGE), view.camera);
         }
-        let square = Camera { size: ScreenSize::Both { width: 8.0, height: 6.0 }, ..views()[0].camera };
+        let square =
+            Camera { size: ScreenSize::Both { width: 8.0, height: 6.0 }, ..views()[0].camera };
         assert_eq!(resized(&square, IMAGE, to).size, ScreenSize::Height(6.0));
         let both = ScreenSize::Both { width: 8.0, height: 8.0 };
-        let ScreenSize::Both { width, height } = resized(&Camera { size: both, ..square }, IMAGE, to).size else {
+        let ScreenSize::Both { width, height } =
+            resized(&Camera { size: both, ..square }, IMAGE, to).size
+        else {
             panic!("both stay")
         };
-        assert!((height, (width - 8.0 * 2.5).abs()) < (8.0 + f64::MIN_POSITIVE, 1e-9), "{width} {height}");
+        assert!(
+            (height, (width - 8.0 * 2.5).abs()) < (8.0 + f64::MIN_POSITIVE, 1e-9),
+            "{width} {height}"
+        );
     }
 }

@@ -65,7 +65,8 @@ mod tests {
 
     fn rows(frame: Option<[u32; 2]>, window: [u32; 2]) -> Vec<Vec<u32>> {
         let frame = frame.map(|[width, height]| {
-            let view = View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), ImageSize { width, height });
+            let view =
+                View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), ImageSize { width, height });
             let pixels = (0..width * height).collect();
             Arc::new(Frame { view, ids: Vec::new(), pixels, milliseconds: 0.0 })
         });
@@ -77,7 +78,10 @@ mod tests {
     #[test]
     fn frames_lie_in_the_middle() {
         assert_eq!(rows(Some([2, 2]), [2, 2]), [[0, 1], [2, 3]]);
-        assert_eq!(rows(Some([2, 1]), [4, 3]), [[99, 99, 99, 99], [99, 0, 1, 99], [99, 99, 99, 99]]);
+        assert_eq!(
+            rows(Some([2, 1]), [4, 3]),
+            [[99, 99, 99, 99], [99, 0, 1, 99], [99, 99, 99, 99]]
+        );
         assert_eq!(rows(Some([4, 3]), [2, 1]), [[5, 6]]);
         assert_eq!(rows(Some([1, 4]), [3, 2]), [[99, 1, 99], [99, 2, 99]]);
         assert_eq!(rows(None, [2, 1]), [[99, 99]]);

@@ -1,4 +1,5 @@
-//! Screenshots: a new name for each, and the camera as text, so that `render` can draw the picture again.
+//! Screenshots: a new name for each, and the camera as text, so that `render` can draw the picture
+//! again.
 
 use std::{
     ffi::{OsStr, OsString},
@@ -48,7 +49,8 @@ pub(super) fn save(
     });
     let mut free = names.filter(|path| path.symlink_metadata().is_err()).peekable();
     let first = free.peek().cloned().unwrap_or_default();
-    let staged = Target::File(first).stage(|out| frame::write_png(out, Region::whole(view.image), ids, paint))?;
+    let staged = Target::File(first)
+        .stage(|out| frame::write_png(out, Region::whole(view.image), ids, paint))?;
     if let Some(words) = changed() {
         return Err(Unsaved::Changed(words));
     }
@@ -67,7 +69,8 @@ pub(super) fn table(view: &View, scene: ImageSize) -> String {
         Projection::Orthographic => "orthographic",
         Projection::Perspective => "perspective",
     };
-    // Writing into a string does not fail. The debug form of an f64 is the shortest one that is read back as the same.
+    // Writing into a string does not fail. The debug form of an f64 is the shortest one that is
+    // read back as the same.
     let _ = writeln!(text, "projection = \"{projection}\"");
     for (key, vector) in [("origin", camera.origin), ("view", camera.view), ("up", camera.up)] {
         let _ = writeln!(text, "{key} = [{:?}, {:?}, {:?}]", vector.x, vector.y, vector.z);
@@ -81,7 +84,9 @@ pub(super) fn table(view: &View, scene: ImageSize) -> String {
     };
     let far = camera.far.is_finite().then_some(camera.far);
     let near = Some(camera.near);
-    for (key, value) in [("fov", fov), ("width", width), ("height", height), ("near", near), ("far", far)] {
+    for (key, value) in
+        [("fov", fov), ("width", width), ("height", height), ("near", near), ("far", far)]
+    {
         if let Some(value) = value {
             let _ = writeln!(text, "{key} = {value:?}");
         }
@@ -97,10 +102,13 @@ fn fov(camera: &Camera, window: ImageSize, scene: ImageSize) -> Option<f64> {
     }
     // A screen that gives its width keeps that in another shape of image, one that gives its height
     // the other.
-    let alike = u64::from(window.width) * u64::from(scene.height) == u64::from(scene.width) * u64::from(window.height);
+    let alike = u64::from(window.width) * u64::from(scene.height)
+        == u64::from(scene.width) * u64::from(window.height);
     let height = match camera.size {
         ScreenSize::Height(height) => height,
-        ScreenSize::Both { width, height } if alike && in_proportion([width, height], scene) => height,
+        ScreenSize::Both { width, height } if alike && in_proportion([width, height], scene) => {
+            height
+        }
         ScreenSize::Width(width) if alike => {
             let height = width / f64::from(scene.width) * f64::from(scene.height);
             in_proportion([width, height], scene).then_some(height)?
@@ -152,15 +160,30 @@ mod tests {
     fn tables_are_read_back_unchanged() {
         let image = ImageSize { width: 640, height: 481 };
         let third = 1.0 / 3.0;
-        let plain = Camera::orthographic(DVec3::new(1e-7, -1e300, 5e-324), DVec3::new(third, 0.1, -2.0));
-        let sizes = [ScreenSize::Width(third), ScreenSize::Height(1e17), ScreenSize::Both { width: 0.1, height: 7.0 }];
+        let plain =
+            Camera::orthographic(DVec3::new(1e-7, -1e300, 5e-324), DVec3::new(third, 0.1, -2.0));
+        let sizes = [
+            ScreenSize::Width(third),
+            ScreenSize::Height(1e17),
+            ScreenSize::Both { width: 0.1, height: 7.0 },
+        ];
         for size in sizes {
             for projection in [Projection::Orthographic, Projection::Perspective] {
                 for (near, far) in [(0.0, f64::INFINITY), (third, 1e9)] {
-                    let camera = Camera { projection, size, near, far, up: DVec3::new(third, 1e-9, 1.0), ..plain };
+                    let camera = Camera {
+                        projection,
+                        size,
+                        near,
+                        far,
+                        up: DVec3::new(third, 1e-9, 1.0),
+                        ..plain
+                    };
                     let text = table(&View::new(camera, image), image);
                     assert_eq!(read(&text), camera, "{text}");
-                    assert!(text.starts_with("# as seen at 640 x 481 pixels\n[camera]\n"), "{text}");
+                    assert!(
+                        text.starts_with("# as seen at 640 x 481 pixels\n[camera]\n"),
+                        "{text}"
+                    );
                     assert!(!text.contains("[image]"), "{text}");
                 }
             }
@@ -175,8 +198,11 @@ mod tests {
     #[test]
     fn fields_of_view_stand_for_exactly_their_height() {
         let image = ImageSize { width: 640, height: 480 };
-        let perspective =
-            |size| Camera { projection: Projection::Perspective, size, ..Camera::orthographic(DVec3::ZERO, DVec3::X) };
+        let perspective = |size| Camera {
+            projection: Projection::Perspective,
+            size,
+            ..Camera::orthographic(DVec3::ZERO, DVec3::X)
+        };
         for fov in [40.0, 0.1, 1e-9, 33.3, 90.0, 179.0, 60.00000000000001] {
             let height = height_from_fov(fov).unwrap();
             let text = table(&View::new(perspective(ScreenSize::Height(height)), image), image);
@@ -194,7 +220,10 @@ mod tests {
             assert_eq!(line(&text, "fov"), Some("fov = 40.0"), "{text}");
             // In an image of another shape it stays what it is.
             let text = table(&View::new(perspective(size), square), image);
-            assert!(line(&text, "fov").is_none() || matches!(size, ScreenSize::Both { .. }), "{text}");
+            assert!(
+                line(&text, "fov").is_none() || matches!(size, ScreenSize::Both { .. }),
+                "{text}"
+            );
         }
         let oblong = ScreenSize::Both { width: 4.0, height: 2.0 };
         assert_eq!(line(&table(&View::new(perspective(oblong), image), image), "fov"), None);
@@ -212,7 +241,8 @@ mod tests {
 
     #[test]
     fn another_shape_of_window_keeps_the_shape_of_pixels() {
-        let (window, scene) = (ImageSize { width: 600, height: 200 }, ImageSize { width: 300, height: 200 });
+        let (window, scene) =
+            (ImageSize { width: 600, height: 200 }, ImageSize { width: 300, height: 200 });
         let both = Camera {
             size: ScreenSize::Both { width: 8.0, height: 1.0 },
             ..Camera::orthographic(DVec3::ZERO, DVec3::X)

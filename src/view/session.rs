@@ -63,7 +63,8 @@ pub(super) unsafe fn find(say: fn(&str)) -> Result<Session, ViewError> {
     let deadline = Instant::now() + patience;
     let mut failures = Vec::new();
     let mut libraries = Vec::new();
-    for (variable, stream) in [("WAYLAND_SOCKET", inherited as Connect), ("WAYLAND_DISPLAY", named)] {
+    for (variable, stream) in [("WAYLAND_SOCKET", inherited as Connect), ("WAYLAND_DISPLAY", named)]
+    {
         let Some(value) = set(variable) else { continue };
         let lacking = missing(&WAYLAND_LIBRARIES);
         let answered = if lacking.is_empty() {
@@ -158,7 +159,8 @@ unsafe fn settle(say: fn(&str)) {
         let sensible = text.parse().is_ok_and(|scale: f64| SCALES.contains(&scale));
         if !sensible && !text.eq_ignore_ascii_case("randr") {
             say(&format!(
-                "note: {SCALE} is {}, which is no scale from {} to {}, and is ignored: the window is measured in pixels",
+                "note: {SCALE} is {}, which is no scale from {} to {}, and is ignored: the window \
+                 is measured in pixels",
                 shown(&value),
                 SCALES.start(),
                 SCALES.end()
@@ -180,7 +182,9 @@ fn missing<'l>(names: &[&'l CStr]) -> Vec<&'l str> {
     }
     // SAFETY: the names are strings with an end. The libraries are winit's, which loads them the
     // same way; what they do when they are loaded, they do anyway. They are never unloaded.
-    let lacks = |name: &CStr| unsafe { libc::dlopen(name.as_ptr(), libc::RTLD_LAZY | libc::RTLD_LOCAL) }.is_null();
+    let lacks = |name: &CStr| {
+        unsafe { libc::dlopen(name.as_ptr(), libc::RTLD_LAZY | libc::RTLD_LOCAL) }.is_null()
+    };
     names.iter().filter(|name| lacks(name)).filter_map(|name| name.to_str().ok()).collect()
 }
 
@@ -189,7 +193,8 @@ type Connect = fn(&OsStr) -> Result<UnixStream, String>;
 
 /// The socket that a `WAYLAND_SOCKET` is the number of.
 fn inherited(value: &OsStr) -> Result<UnixStream, String> {
-    let number = value.to_str().and_then(|text| text.parse::<RawFd>().ok()).filter(|&number| number >= 0);
+    let number =
+        value.to_str().and_then(|text| text.parse::<RawFd>().ok()).filter(|&number| number >= 0);
     let number = number.ok_or("not the number of a descriptor")?;
     // SAFETY: the call takes any number, and says whether it is that of an open descriptor.
     if unsafe { libc::fcntl(number, libc::F_GETFD) } < 0 {
@@ -210,7 +215,8 @@ fn inherited(value: &OsStr) -> Result<UnixStream, String> {
 fn named(value: &OsStr) -> Result<UnixStream, String> {
     let mut path = PathBuf::from(value);
     if path.is_relative() {
-        let folder = set("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|folder| folder.is_absolute());
+        let folder =
+            set("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|folder| folder.is_absolute());
         path = folder.ok_or("XDG_RUNTIME_DIR, the folder of its socket, is not set")?.join(path);
     }
     UnixStream::connect(&path).map_err(|error| match path.as_os_str() {
@@ -220,14 +226,22 @@ fn named(value: &OsStr) -> Result<UnixStream, String> {
 }
 
 /// Whether a Wayland compositor answers, before a point in time.
-fn answers(value: &OsStr, connect: Connect, deadline: Instant, patience: Duration) -> Result<(), String> {
+fn answers(
+    value: &OsStr,
+    connect: Connect,
+    deadline: Instant,
+    patience: Duration,
+) -> Result<(), String> {
     let (tell, told) = mpsc::channel();
     let value = value.to_owned();
     let ask = move || {
-        let result = connect(&value).and_then(|stream| ping(stream).map_err(|error| error.to_string()));
+        let result =
+            connect(&value).and_then(|stream| ping(stream).map_err(|error| error.to_string()));
         let _ = tell.send(result);
     };
-    thread::Builder::new().spawn(ask).map_err(|error| format!("no thread to connect with: {error}"))?;
+    thread::Builder::new()
+        .spawn(ask)
+        .map_err(|error| format!("no thread to connect with: {error}"))?;
     told.recv_timeout(deadline.saturating_duration_since(Instant::now()))
         .unwrap_or_else(|_| Err(format!("no answer within {} seconds", patience.as_secs_f64())))
 }
@@ -241,7 +255,8 @@ fn ping(mut stream: UnixStream) -> io::Result<()> {
     const CALLBACK: u32 = 2;
     stream.set_nonblocking(false)?;
     let head = |length: u32, what: u32| length << 16 | what;
-    let words = |words: &[u32]| words.iter().flat_map(|word| word.to_ne_bytes()).collect::<Vec<u8>>();
+    let words =
+        |words: &[u32]| words.iter().flat_map(|word| word.to_ne_bytes()).collect::<Vec<u8>>();
     stream.write_all(&words(&[DISPLAY, head(12, 0), CALLBACK]))?;
     let mut answer = [0; 24];
     stream.read_exact(&mut answer).map_err(|error| match error.kind() {
@@ -250,7 +265,9 @@ fn ping(mut stream: UnixStream) -> io::Result<()> {
     })?;
     // `done` with a serial number, and `delete_id`.
     let (done, deleted) = answer.split_at(12);
-    if done[..8] == *words(&[CALLBACK, head(12, 0)]) && *deleted == *words(&[DISPLAY, head(12, 1), CALLBACK]) {
+    if done[..8] == *words(&[CALLBACK, head(12, 0)])
+        && *deleted == *words(&[DISPLAY, head(12, 1), CALLBACK])
+    {
         Ok(())
     } else {
         Err(io::Error::other("what answers is no Wayland compositor"))

@@ -174,7 +174,8 @@ impl Thread {
         };
         let _ = self.tell.send(News::Connected);
         let Ok((start, device)) = self.work.recv() else { return News::Lost };
-        let server = self.server.as_ref().map(|server| (Arc::clone(server), Arc::clone(&self.window)));
+        let server =
+            self.server.as_ref().map(|server| (Arc::clone(server), Arc::clone(&self.window)));
         let app = match App::new(start, device, event_loop.create_proxy()) {
             Ok(app) => app.on_x(server),
             Err(error) => return News::Ended(Shown { result: Err(error), drawing: false }),

@@ -1,5 +1,6 @@
-//! Any number of small scenes, one for each seed, from all of the range of f64: every exponent from -1074 to 1023, whole scenes of
-//! one and mixtures in one scene; planets under the camera; numbers that cancel but for a subnormal rest.
+//! Any number of small scenes, one for each seed, from all of the range of f64: every exponent from
+//! -1074 to 1023, whole scenes of one and mixtures in one scene; planets under the camera; numbers
+//! that cancel but for a subnormal rest.
 
 use glam::DVec3;
 use planisphere::{
@@ -34,8 +35,10 @@ impl Exponents {
             0 => random.whole(-1074, -1060),
             1 => random.whole(1010, 1023),
             2 => random.whole(-1030, -960),
-            3 => [-1022, -970, -540, -512, -301, -300, -149, -127, 127, 128, 300, 301, 400, 511, 512, 969]
-                [random.below(16) as usize],
+            3 => [
+                -1022, -970, -540, -512, -301, -300, -149, -127, 127, 128, 300, 301, 400, 511, 512,
+                969,
+            ][random.below(16) as usize],
             4 => random.whole(-60, 60),
             _ => random.whole(-1074, 1023),
         };
@@ -105,7 +108,10 @@ pub fn extreme(seed: u64) -> Case {
         0 => DVec3::from_array([0; 3].map(|_| random.whole(-3, 3) as f64)),
         1 => random.ball(),
         2 => along * times_two_to(1.0, random.whole(-1074, 1023)),
-        3 => plus(along, DVec3::from_array([0; 3].map(|_| times_two_to(random.whole(-1, 1) as f64, -60)))),
+        3 => plus(
+            along,
+            DVec3::from_array([0; 3].map(|_| times_two_to(random.whole(-1, 1) as f64, -60))),
+        ),
         _ => along,
     };
     let view = if view == DVec3::ZERO { along } else { view };
@@ -113,7 +119,8 @@ pub fn extreme(seed: u64) -> Case {
     let first = random.below(4) as usize;
     let up = (0..4).map(|k| ups[(first + k) % 4]).find(|up| !parallel(view, *up));
     let up = up.expect("not all are parallel");
-    let projection = if random.below(2) == 0 { Projection::Orthographic } else { Projection::Perspective };
+    let projection =
+        if random.below(2) == 0 { Projection::Orthographic } else { Projection::Perspective };
     let image = match random.below(6) {
         0 => pixels(1, 1),
         1 => pixels(random.whole(1, 8) as u32, random.whole(1, 6) as u32),
@@ -147,32 +154,49 @@ pub fn extreme(seed: u64) -> Case {
                         let next = f64::from_bits(center[k].to_bits() + random.below(3));
                         center[k] = if next.is_finite() { next } else { center[k] };
                     }
-                    2 => center = plus(center, exponents.point(random) * two_below(20 + random.below(40) as i64)),
-                    3 if center[k] == 0.0 => center[k] = times_two_to(1.0, random.whole(-1074, 1000)).min(radius),
+                    2 => {
+                        center = plus(
+                            center,
+                            exponents.point(random) * two_below(20 + random.below(40) as i64),
+                        )
+                    }
+                    3 if center[k] == 0.0 => {
+                        center[k] = times_two_to(1.0, random.whole(-1074, 1000)).min(radius)
+                    }
                     _ => {}
                 }
                 ball(center, radius)
             }
             (0..=10, _) if opposite => {
-                let radius = f64::MAX * [1.0, 0.5, two_below(30), two_below(900)][random.below(4) as usize];
+                let radius =
+                    f64::MAX * [1.0, 0.5, two_below(30), two_below(900)][random.below(4) as usize];
                 let center = along * (f64::MAX * [1.0, 0.5, 0.25, 1.0][random.below(4) as usize]);
-                ball(plus(center, exponents.point(random) * [0.0, 1.0][random.below(2) as usize]), radius)
+                ball(
+                    plus(center, exponents.point(random) * [0.0, 1.0][random.below(2) as usize]),
+                    radius,
+                )
             }
             (5, Some(other)) => other,
             // Concentric, touching, and the same but for the least.
             (6, Some(other)) => ball(other.center, some(exponents.size(random, exponents.main()))),
-            (7, Some(other)) => ball(other.center, f64::from_bits(other.radius.to_bits() + 1).min(f64::MAX)),
+            (7, Some(other)) => {
+                ball(other.center, f64::from_bits(other.radius.to_bits() + 1).min(f64::MAX))
+            }
             (8, Some(other)) => {
                 let radius = some(exponents.size(random, exponents.main()));
                 ball(plus(other.center, DVec3::Y * (radius + other.radius).min(f64::MAX)), radius)
             }
             (9, Some(other)) => ball(plus(other.center, DVec3::splat(LEAST)), other.radius),
             _ => {
-                let at = if random.below(3) == 0 { exponents.one(random) } else { exponents.main() };
+                let at =
+                    if random.below(3) == 0 { exponents.one(random) } else { exponents.main() };
                 let radius = some(exponents.size(random, at));
                 let ahead = along * exponents.size(random, exponents.main());
                 ball(
-                    plus(plus(origin, ahead), exponents.point(random) * [0.0, 0.5, 1.0][random.below(3) as usize]),
+                    plus(
+                        plus(origin, ahead),
+                        exponents.point(random) * [0.0, 0.5, 1.0][random.below(3) as usize],
+                    ),
                     radius,
                 )
             }
@@ -246,7 +270,11 @@ pub fn extreme(seed: u64) -> Case {
         }
     }
     camera.check().unwrap_or_else(|error| panic!("seed {seed}: {error}: {camera:?}"));
-    Case { name: format!("extreme, seed {seed}"), scene: scene(&spheres), view: View::new(camera, image) }
+    Case {
+        name: format!("extreme, seed {seed}"),
+        scene: scene(&spheres),
+        view: View::new(camera, image),
+    }
 }
 
 /// `2^-power`.
@@ -254,7 +282,8 @@ fn two_below(power: i64) -> f64 {
     times_two_to(1.0, -power)
 }
 
-/// Whether two vectors may be parallel: certainly not where a component that one lacks is all but the other.
+/// Whether two vectors may be parallel: certainly not where a component that one lacks is all but
+/// the other.
 fn parallel(view: DVec3, up: DVec3) -> bool {
     let scaled = view / view.abs().max_element();
     scaled.cross(up).abs().max_element() < 1e-12

@@ -79,7 +79,10 @@ impl Numbers {
 fn direction(random: &mut Random) -> DVec3 {
     loop {
         let v = match random.below(5) {
-            0 => [DVec3::X, DVec3::Y, DVec3::Z][random.below(3) as usize] * [1.0, -1.0][random.below(2) as usize],
+            0 => {
+                [DVec3::X, DVec3::Y, DVec3::Z][random.below(3) as usize]
+                    * [1.0, -1.0][random.below(2) as usize]
+            }
             1 | 2 => Numbers::Whole(3, 1.0).point(random),
             3 => Numbers::Whole(4, 0.25).point(random),
             _ => random.ball(),
@@ -101,7 +104,8 @@ pub fn fuzz(seed: u64) -> Case {
     let mut random = Random::new(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
     let random = &mut random;
     let mut numbers = Numbers::choose(random);
-    // Half of the scenes are whole numbers of units throughout, camera and samples included: full of ties and tangents.
+    // Half of the scenes are whole numbers of units throughout, camera and samples included: full
+    // of ties and tangents.
     let aligned = random.below(2) == 0;
     if aligned {
         numbers = Numbers::Whole(random.whole(1, 8), numbers.unit());
@@ -158,7 +162,8 @@ pub fn fuzz(seed: u64) -> Case {
     if random.below(8) == 0 {
         origin = middle + numbers.point(random);
     }
-    let projection = if random.below(2) == 0 { Projection::Orthographic } else { Projection::Perspective };
+    let projection =
+        if random.below(2) == 0 { Projection::Orthographic } else { Projection::Perspective };
     let image = match random.below(8) {
         0 => pixels(1, 1),
         1 => pixels(1, random.whole(1, 60) as u32),
@@ -195,10 +200,13 @@ pub fn fuzz(seed: u64) -> Case {
         let unit = if projection == Projection::Orthographic { numbers.unit() } else { 0.5 };
         let pitch = unit * [1.0, 0.5, 0.25][random.below(3) as usize];
         let tall = [1.0, 1.0, 2.0][random.below(3) as usize];
-        screen =
-            ScreenSize::Both { width: f64::from(image.width) * pitch, height: f64::from(image.height) * pitch * tall };
+        screen = ScreenSize::Both {
+            width: f64::from(image.width) * pitch,
+            height: f64::from(image.height) * pitch * tall,
+        };
     }
-    let mut camera = Camera { projection, origin, view, up, size: screen, near: 0.0, far: f64::INFINITY };
+    let mut camera =
+        Camera { projection, origin, view, up, size: screen, near: 0.0, far: f64::INFINITY };
     if random.below(3) == 0 {
         // Planes at surfaces, centres and anywhere.
         let mut plane = || {
@@ -223,5 +231,9 @@ pub fn fuzz(seed: u64) -> Case {
         }
     }
     camera.check().unwrap_or_else(|error| panic!("seed {seed}: {error}: {camera:?}"));
-    Case { name: format!("fuzz, seed {seed}"), scene: scene(&spheres), view: View::new(camera, image) }
+    Case {
+        name: format!("fuzz, seed {seed}"),
+        scene: scene(&spheres),
+        view: View::new(camera, image),
+    }
 }

@@ -40,7 +40,8 @@ impl Random {
         low + self.below((high - low + 1) as u64) as i64
     }
 
-    /// Ten to a power between two: by a power of two and a linear step, since the platform's `exp` is not the same everywhere.
+    /// Ten to a power between two: by a power of two and a linear step, since the platform's `exp`
+    /// is not the same everywhere.
     pub fn power(&mut self, low: f64, high: f64) -> f64 {
         let exponent = self.between(low, high) * std::f64::consts::LOG2_10;
         let whole = exponent.floor();
@@ -50,7 +51,11 @@ impl Random {
     /// A point in the unit ball, not the middle.
     pub fn ball(&mut self) -> DVec3 {
         loop {
-            let p = DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0));
+            let p = DVec3::new(
+                self.between(-1.0, 1.0),
+                self.between(-1.0, 1.0),
+                self.between(-1.0, 1.0),
+            );
             if p.length_squared() <= 1.0 && p != DVec3::ZERO {
                 return p;
             }

@@ -38,7 +38,8 @@ pub fn start(command: &mut Command, package: &str) -> Child {
     let program = command.get_program().to_string_lossy().into_owned();
     command.spawn().unwrap_or_else(|error| {
         panic!(
-            "{program}: {error}\nThis test needs {program}; on Debian: apt-get install {package}, or run tests/run.sh"
+            "{program}: {error}\nThis test needs {program}; on Debian: apt-get install {package}, \
+             or run tests/run.sh"
         )
     })
 }
@@ -84,7 +85,8 @@ impl Drop for XServer {
     fn drop(&mut self) {
         // Asked, not killed: it then takes its lock file away. `kill` is part of every shell; the
         // program may be missing.
-        let asked = Command::new("sh").args(["-c", &format!("kill {}", self.process.id())]).status();
+        let asked =
+            Command::new("sh").args(["-c", &format!("kill {}", self.process.id())]).status();
         if !asked.is_ok_and(|status| status.success()) {
             let _ = self.process.kill();
         }

@@ -1,10 +1,11 @@
 //! f32 as an unfriendly device may compute it, within what WGSL allows.
 //!
-//! Sums, differences and products are rounded to either neighbour; products may be fused into sums; sums of several terms may
-//! be taken in another order; quotients are off by up to 2.5 units in the last place, square roots by the 4.5 that they inherit
-//! from `1 / inverseSqrt`; subnormal numbers may become 0, going in or coming out. Which of these happens is drawn from a
-//! seed, for each operation anew or for each place in the program once and for all: errors that always point the same way are
-//! the ones that add up.
+//! Sums, differences and products are rounded to either neighbour; products may be fused into sums;
+//! sums of several terms may be taken in another order; quotients are off by up to 2.5 units in the
+//! last place, square roots by the 4.5 that they inherit from `1 / inverseSqrt`; subnormal numbers
+//! may become 0, going in or coming out. Which of these happens is drawn from a seed, for each
+//! operation anew or for each place in the program once and for all: errors that always point the
+//! same way are the ones that add up.
 
 use std::rc::Rc;
 
@@ -38,14 +39,20 @@ pub struct Habits {
 
 impl Habits {
     /// IEEE 754 to the letter.
-    pub const FRIENDLY: Self = Self { rounding: Rounding::Nearest, contract: 0, reorder: 0, flush: 0 };
+    pub const FRIENDLY: Self =
+        Self { rounding: Rounding::Nearest, contract: 0, reorder: 0, flush: 0 };
 
     /// One of many kinds.
     pub fn of_seed(seed: u64) -> Self {
         let often = |k: u64| [0, 128, 255][(seed / k % 3) as usize];
         let roundings = [Rounding::Fixed, Rounding::Random, Rounding::Down, Rounding::Up];
         let rounding = roundings[(seed % 4) as usize];
-        Self { rounding, contract: often(4), reorder: [0, 128][(seed / 12 % 2) as usize], flush: often(24) }
+        Self {
+            rounding,
+            contract: often(4),
+            reorder: [0, 128][(seed / 12 % 2) as usize],
+            flush: often(24),
+        }
     }
 }
 
@@ -162,7 +169,11 @@ impl Unfriendly {
     }
 
     fn flushed(&mut self, value: f32) -> f32 {
-        if value.is_subnormal() && self.chance(self.habits.flush) { 0.0f32.copysign(value) } else { value }
+        if value.is_subnormal() && self.chance(self.habits.flush) {
+            0.0f32.copysign(value)
+        } else {
+            value
+        }
     }
 
     fn rounded(&mut self, site: u64, high: f64, low: f64) -> f32 {
@@ -185,7 +196,8 @@ impl Unfriendly {
     }
 
     fn pair(&mut self, site: u64, a: Term, b: Term) -> f32 {
-        let (a_value, b_value) = (f64::from(self.flushed(a.value)), f64::from(self.flushed(b.value)));
+        let (a_value, b_value) =
+            (f64::from(self.flushed(a.value)), f64::from(self.flushed(b.value)));
         // One fused product at most: a machine has no more.
         let fuse = self.chance(self.habits.contract);
         let (x, y) = match (a.product, b.product) {
@@ -243,7 +255,10 @@ impl Unfriendly {
     pub fn mul(&mut self, site: u64, a: &Float, b: &Float) -> Float {
         let exact = f64::from(self.flushed(a.value)) * f64::from(self.flushed(b.value));
         let value = self.rounded(site, exact, 0.0);
-        Float { value, source: if self.habits.contract > 0 { Source::Product(exact) } else { Source::Plain } }
+        Float {
+            value,
+            source: if self.habits.contract > 0 { Source::Product(exact) } else { Source::Plain },
+        }
     }
 
     /// What lies up to so many (relative) units of 2^-23 from a number, rounded towards it.
@@ -263,12 +278,13 @@ impl Unfriendly {
     pub fn div(&mut self, site: u64, a: &Float, b: &Float) -> Float {
         let exact = f64::from(self.flushed(a.value)) / f64::from(self.flushed(b.value));
         // Units in the last place are relative ones over the mantissa.
-        let mantissa = f64::from(f32::from_bits(((exact.abs() as f32).to_bits() & 0x7f_ffff) | 0x3f80_0000));
+        let mantissa =
+            f64::from(f32::from_bits(((exact.abs() as f32).to_bits() & 0x7f_ffff) | 0x3f80_0000));
         self.near(site, exact, 2.5 / mantissa)
     }
 
-    /// Square root: the errors of `inverseSqrt` (2 units) and of a quotient (2.5), each relative at worst. Of a negative number it is
-    /// whatever the device likes.
+    /// Square root: the errors of `inverseSqrt` (2 units) and of a quotient (2.5), each relative at
+    /// worst. Of a negative number it is whatever the device likes.
     pub fn sqrt(&mut self, site: u64, a: &Float) -> Float {
         let value = self.flushed(a.value);
         if value < 0.0 && self.habits.rounding != Rounding::Nearest {

@@ -1,7 +1,8 @@
 //! The shaders on the host, operation by operation, on unfriendly floats.
 //!
-//! The WGSL is parsed by naga, and its functions are run as naga gives them: what is tested is the text that devices get, not a
-//! twin of it. Only what the shaders use is known here; anything else panics.
+//! The WGSL is parsed by naga, and its functions are run as naga gives them: what is tested is the
+//! text that devices get, not a twin of it. Only what the shaders use is known here; anything else
+//! panics.
 
 pub mod float;
 
@@ -9,8 +10,8 @@ use std::{collections::HashMap, rc::Rc, sync::Arc};
 
 use float::{Float, Unfriendly};
 use naga::{
-    BinaryOperator, Block, BuiltIn, Expression, Function, GlobalVariable, Handle, Literal, LocalVariable, MathFunction,
-    Module, ScalarKind, Statement, Type, TypeInner, UnaryOperator,
+    BinaryOperator, Block, BuiltIn, Expression, Function, GlobalVariable, Handle, Literal,
+    LocalVariable, MathFunction, Module, ScalarKind, Statement, Type, TypeInner, UnaryOperator,
 };
 
 /// Up to four of a kind, without memory of their own.
@@ -196,7 +197,8 @@ enum Flow {
 impl Machine {
     /// For a module that was validated.
     pub fn new(module: Arc<Module>, floats: Unfriendly) -> Self {
-        let names = module.functions.iter().filter_map(|(h, f)| Some((f.name.clone()?, h))).collect();
+        let names =
+            module.functions.iter().filter_map(|(h, f)| Some((f.name.clone()?, h))).collect();
         Self { module, names, floats, bound: HashMap::new() }
     }
 
@@ -211,9 +213,10 @@ impl Machine {
         // A variant may not have it.
         let Some(ty) = ty else { return };
         let values = match &module.types[ty].inner {
-            TypeInner::Array { base, stride, .. } => {
-                bytes.chunks_exact(*stride as usize).map(|part| decode(&module, *base, part)).collect()
-            }
+            TypeInner::Array { base, stride, .. } => bytes
+                .chunks_exact(*stride as usize)
+                .map(|part| decode(&module, *base, part))
+                .collect(),
             _ => vec![decode(&module, ty, bytes)],
         };
         self.bound.insert(binding, values);
@@ -251,7 +254,11 @@ impl Machine {
             TypeInner::Struct { members, .. } if ty.name.as_deref() == Some(kind) => Some(members),
             _ => None,
         });
-        let k = members.expect("a struct").iter().position(|m| m.name.as_deref() == Some(name)).expect("a field");
+        let k = members
+            .expect("a struct")
+            .iter()
+            .position(|m| m.name.as_deref() == Some(name))
+            .expect("a field");
         value.part(k)
     }
 
@@ -263,8 +270,12 @@ impl Machine {
             .arguments
             .iter()
             .map(|argument| match argument.binding {
-                Some(naga::Binding::BuiltIn(BuiltIn::WorkGroupId)) => Value::U32(group.into_iter().collect()),
-                Some(naga::Binding::BuiltIn(BuiltIn::LocalInvocationIndex)) => Value::U32(one(local)),
+                Some(naga::Binding::BuiltIn(BuiltIn::WorkGroupId)) => {
+                    Value::U32(group.into_iter().collect())
+                }
+                Some(naga::Binding::BuiltIn(BuiltIn::LocalInvocationIndex)) => {
+                    Value::U32(one(local))
+                }
                 ref other => panic!("{other:?} is not known"),
             })
             .collect();
@@ -313,7 +324,8 @@ impl Machine {
                     other => return other,
                 },
                 Statement::If { condition, accept, reject } => {
-                    let branch = if self.value(frame, *condition).holds(0) { accept } else { reject };
+                    let branch =
+                        if self.value(frame, *condition).holds(0) { accept } else { reject };
                     match self.block(frame, branch) {
                         Flow::Next => {}
                         other => return other,
@@ -348,7 +360,8 @@ impl Machine {
                         }
                         Place::Global(global, path) => {
                             let (binding, at, path) = self.element(global, &path);
-                            self.bound.get_mut(&binding).expect("it is bound")[at].set(&path, value);
+                            self.bound.get_mut(&binding).expect("it is bound")[at]
+                                .set(&path, value);
                         }
                     }
                 }
@@ -439,7 +452,9 @@ impl Machine {
                 self.value(frame, base).part(index as usize)
             }
             Expression::Load { pointer } => match self.place(frame, *pointer) {
-                Place::Local(local, path) => path.iter().fold(frame.locals[&local].clone(), |v, &k| v.part(k as usize)),
+                Place::Local(local, path) => {
+                    path.iter().fold(frame.locals[&local].clone(), |v, &k| v.part(k as usize))
+                }
                 Place::Global(global, path) => {
                     let (binding, at, path) = self.element(global, &path);
                     path.iter().fold(self.bound[&binding][at].clone(), |v, &k| v.part(k as usize))
@@ -448,10 +463,18 @@ impl Machine {
             Expression::Unary { op, expr } => {
                 let value = self.value(frame, *expr);
                 match (op, value) {
-                    (UnaryOperator::Negate, Value::F32(v)) => Value::F32(v.iter().map(Float::negated).collect()),
-                    (UnaryOperator::Negate, Value::I32(v)) => Value::I32(v.iter().map(|x| x.wrapping_neg()).collect()),
-                    (UnaryOperator::LogicalNot, Value::Bool(v)) => Value::Bool(v.iter().map(|x| !x).collect()),
-                    (UnaryOperator::BitwiseNot, Value::U32(v)) => Value::U32(v.iter().map(|x| !x).collect()),
+                    (UnaryOperator::Negate, Value::F32(v)) => {
+                        Value::F32(v.iter().map(Float::negated).collect())
+                    }
+                    (UnaryOperator::Negate, Value::I32(v)) => {
+                        Value::I32(v.iter().map(|x| x.wrapping_neg()).collect())
+                    }
+                    (UnaryOperator::LogicalNot, Value::Bool(v)) => {
+                        Value::Bool(v.iter().map(|x| !x).collect())
+                    }
+                    (UnaryOperator::BitwiseNot, Value::U32(v)) => {
+                        Value::U32(v.iter().map(|x| !x).collect())
+                    }
                     (op, value) => panic!("{op:?} of {value:?}"),
                 }
             }
@@ -463,7 +486,9 @@ impl Machine {
             Expression::Select { condition, accept, reject } => {
                 let (condition, accept, reject) = (*condition, *accept, *reject);
                 let (accept, reject) = (self.value(frame, accept), self.value(frame, reject));
-                let Value::Bool(condition) = self.value(frame, condition) else { panic!("no condition") };
+                let Value::Bool(condition) = self.value(frame, condition) else {
+                    panic!("no condition")
+                };
                 if condition.len() == 1 {
                     return if condition[0] { accept } else { reject };
                 }
@@ -492,11 +517,20 @@ impl Machine {
             (Value::F32(a), Value::F32(b)) => {
                 let floats = &mut self.floats;
                 let compared = |floats: &mut Unfriendly, test: fn(f32, f32) -> bool| {
-                    Value::Bool((0..lanes).map(|k| test(floats.seen(&a[l(k)]), floats.seen(&b[r(k)]))).collect())
+                    Value::Bool(
+                        (0..lanes)
+                            .map(|k| test(floats.seen(&a[l(k)]), floats.seen(&b[r(k)])))
+                            .collect(),
+                    )
                 };
-                let mut each = |f: &mut dyn FnMut(&mut Unfriendly, u64, &Float, &Float) -> Float| {
-                    Value::F32((0..lanes).map(|k| f(floats, site + 16 * k as u64, &a[l(k)], &b[r(k)])).collect())
-                };
+                let mut each =
+                    |f: &mut dyn FnMut(&mut Unfriendly, u64, &Float, &Float) -> Float| {
+                        Value::F32(
+                            (0..lanes)
+                                .map(|k| f(floats, site + 16 * k as u64, &a[l(k)], &b[r(k)]))
+                                .collect(),
+                        )
+                    };
                 match op {
                     B::Add => each(&mut |f, site, a, b| f.add(site, a, b)),
                     B::Subtract => each(&mut |f, site, a, b| f.add(site, a, &b.negated())),
@@ -533,7 +567,9 @@ impl Machine {
                 |v| Value::I32(v.iter().map(|&x| x as i32).collect()),
             ),
             (Value::Bool(a), Value::Bool(b)) => {
-                let both = |f: fn(bool, bool) -> bool| Value::Bool((0..lanes).map(|k| f(a[l(k)], b[r(k)])).collect());
+                let both = |f: fn(bool, bool) -> bool| {
+                    Value::Bool((0..lanes).map(|k| f(a[l(k)], b[r(k)])).collect())
+                };
                 match op {
                     B::And | B::LogicalAnd => both(|a, b| a & b),
                     B::InclusiveOr | B::LogicalOr => both(|a, b| a | b),
@@ -554,14 +590,18 @@ impl Machine {
             (Value::F32(v), ScalarKind::Sint, false) => {
                 Value::I32(v.iter().map(|x| floats.seen(x).to_bits() as i32).collect())
             }
-            (Value::U32(v), ScalarKind::Float, false) => {
-                Value::F32(v.iter().map(|&x| floats.seen(&f32::from_bits(x).into()).into()).collect())
+            (Value::U32(v), ScalarKind::Float, false) => Value::F32(
+                v.iter().map(|&x| floats.seen(&f32::from_bits(x).into()).into()).collect(),
+            ),
+            (Value::I32(v), ScalarKind::Float, false) => Value::F32(
+                v.iter().map(|&x| floats.seen(&f32::from_bits(x as u32).into()).into()).collect(),
+            ),
+            (Value::U32(v), ScalarKind::Sint, _) => {
+                Value::I32(v.iter().map(|&x| x as i32).collect())
             }
-            (Value::I32(v), ScalarKind::Float, false) => {
-                Value::F32(v.iter().map(|&x| floats.seen(&f32::from_bits(x as u32).into()).into()).collect())
+            (Value::I32(v), ScalarKind::Uint, _) => {
+                Value::U32(v.iter().map(|&x| x as u32).collect())
             }
-            (Value::U32(v), ScalarKind::Sint, _) => Value::I32(v.iter().map(|&x| x as i32).collect()),
-            (Value::I32(v), ScalarKind::Uint, _) => Value::U32(v.iter().map(|&x| x as u32).collect()),
             (Value::U32(v), ScalarKind::Float, true) => {
                 Value::F32(v.iter().map(|&x| floats.convert(site, f64::from(x))).collect())
             }
@@ -576,17 +616,26 @@ impl Machine {
     fn math(&mut self, site: u64, fun: MathFunction, arg: Value, other: Option<Value>) -> Value {
         use MathFunction as M;
         match (fun, arg, other) {
-            (M::Abs, Value::F32(v), None) => {
-                Value::F32(v.iter().map(|x| if x.value < 0.0 { x.negated() } else { x.clone() }).collect())
-            }
-            (M::Sqrt, Value::F32(v), None) => {
-                Value::F32(v.iter().enumerate().map(|(k, x)| self.floats.sqrt(site + 16 * k as u64, x)).collect())
-            }
+            (M::Abs, Value::F32(v), None) => Value::F32(
+                v.iter().map(|x| if x.value < 0.0 { x.negated() } else { x.clone() }).collect(),
+            ),
+            (M::Sqrt, Value::F32(v), None) => Value::F32(
+                v.iter()
+                    .enumerate()
+                    .map(|(k, x)| self.floats.sqrt(site + 16 * k as u64, x))
+                    .collect(),
+            ),
             (M::Min, Value::F32(a), Some(Value::F32(b))) => Value::F32(
-                a.iter().zip(b.iter()).map(|(a, b)| if b.value < a.value { b.clone() } else { a.clone() }).collect(),
+                a.iter()
+                    .zip(b.iter())
+                    .map(|(a, b)| if b.value < a.value { b.clone() } else { a.clone() })
+                    .collect(),
             ),
             (M::Max, Value::F32(a), Some(Value::F32(b))) => Value::F32(
-                a.iter().zip(b.iter()).map(|(a, b)| if a.value < b.value { b.clone() } else { a.clone() }).collect(),
+                a.iter()
+                    .zip(b.iter())
+                    .map(|(a, b)| if a.value < b.value { b.clone() } else { a.clone() })
+                    .collect(),
             ),
             (M::Min, Value::U32(a), Some(Value::U32(b))) => {
                 Value::U32(a.iter().zip(b.iter()).map(|(&a, &b)| a.min(b)).collect())
@@ -601,18 +650,22 @@ impl Machine {
                 Value::I32(a.iter().zip(b.iter()).map(|(&a, &b)| a.max(b)).collect())
             }
             (M::Dot, Value::I32(a), Some(Value::I32(b))) => {
-                let sum: i64 = a.iter().zip(b.iter()).map(|(&a, &b)| i64::from(a) * i64::from(b)).sum();
-                Value::I32(one(i32::try_from(sum).expect("the dot product of the shader fits 32 bits")))
+                let sum: i64 =
+                    a.iter().zip(b.iter()).map(|(&a, &b)| i64::from(a) * i64::from(b)).sum();
+                Value::I32(one(
+                    i32::try_from(sum).expect("the dot product of the shader fits 32 bits")
+                ))
             }
-            (M::FirstTrailingBit, Value::U32(v), None) => {
-                Value::U32(v.iter().map(|x| if *x == 0 { u32::MAX } else { x.trailing_zeros() }).collect())
-            }
+            (M::FirstTrailingBit, Value::U32(v), None) => Value::U32(
+                v.iter().map(|x| if *x == 0 { u32::MAX } else { x.trailing_zeros() }).collect(),
+            ),
             (fun, a, b) => panic!("{fun:?} of {a:?} and {b:?}"),
         }
     }
 }
 
-/// Integers wrap where the shader wants it to; signed ones must not, since their sums are meant to be exact.
+/// Integers wrap where the shader wants it to; signed ones must not, since their sums are meant to
+/// be exact.
 fn integers(
     op: BinaryOperator,
     lanes: usize,
@@ -621,11 +674,15 @@ fn integers(
     made: impl Fn(Few<i64>) -> Value,
 ) -> Value {
     use BinaryOperator as B;
-    let compared = |test: fn(i64, i64) -> bool| Value::Bool((0..lanes).map(|k| test(a(k), b(k))).collect());
+    let compared =
+        |test: fn(i64, i64) -> bool| Value::Bool((0..lanes).map(|k| test(a(k), b(k))).collect());
     let each = |f: fn(i64, i64) -> i64| {
         let values: Few<i64> = (0..lanes).map(|k| f(a(k), b(k))).collect();
         let fits = |v: &i64| (-(1i64 << 31)..1 << 32).contains(v);
-        assert!(values.iter().all(fits), "an integer of the shader overflows: {op:?} gives {values:?}");
+        assert!(
+            values.iter().all(fits),
+            "an integer of the shader overflows: {op:?} gives {values:?}"
+        );
         made(values)
     };
     match op {
@@ -653,7 +710,9 @@ fn integers(
 fn is_pointer(function: &Function, handle: Handle<Expression>) -> bool {
     match function.expressions[handle] {
         Expression::GlobalVariable(_) | Expression::LocalVariable(_) => true,
-        Expression::AccessIndex { base, .. } | Expression::Access { base, .. } => is_pointer(function, base),
+        Expression::AccessIndex { base, .. } | Expression::Access { base, .. } => {
+            is_pointer(function, base)
+        }
         _ => false,
     }
 }
@@ -707,8 +766,9 @@ fn zero(module: &Module, ty: Handle<Type>) -> Value {
 
 /// A value from the bytes that a host would send.
 fn decode(module: &Module, ty: Handle<Type>, bytes: &[u8]) -> Value {
-    let words =
-        |count: usize| (0..count).map(|k| u32::from_le_bytes(bytes[4 * k..4 * k + 4].try_into().expect("4 bytes")));
+    let words = |count: usize| {
+        (0..count).map(|k| u32::from_le_bytes(bytes[4 * k..4 * k + 4].try_into().expect("4 bytes")))
+    };
     let scalars = |kind: ScalarKind, count: usize| match kind {
         ScalarKind::Bool => Value::Bool(words(count).map(|w| w != 0).collect()),
         ScalarKind::Uint => Value::U32(words(count).collect()),
@@ -719,9 +779,9 @@ fn decode(module: &Module, ty: Handle<Type>, bytes: &[u8]) -> Value {
     match &module.types[ty].inner {
         TypeInner::Scalar(scalar) => scalars(scalar.kind, 1),
         TypeInner::Vector { size, scalar } => scalars(scalar.kind, *size as usize),
-        TypeInner::Struct { members, .. } => {
-            Value::Struct(members.iter().map(|m| decode(module, m.ty, &bytes[m.offset as usize..])).collect())
-        }
+        TypeInner::Struct { members, .. } => Value::Struct(
+            members.iter().map(|m| decode(module, m.ty, &bytes[m.offset as usize..])).collect(),
+        ),
         other => panic!("{other:?} is not known"),
     }
 }

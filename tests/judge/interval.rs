@@ -1,5 +1,6 @@
-//! Two kinds of intervals that are certain to hold the real number they stand for: quick ones of f64, and ones of big
-//! integers with as many binary places as are asked for. This file knows nothing of spheres.
+//! Two kinds of intervals that are certain to hold the real number they stand for: quick ones of
+//! f64, and ones of big integers with as many binary places as are asked for. This file knows
+//! nothing of spheres.
 
 use std::cmp::Ordering;
 
@@ -35,8 +36,9 @@ pub trait Real: Clone {
     }
 }
 
-/// An interval of f64. Every operation moves both ends outwards by one step, whichever way the machine rounded. An end
-/// of infinity says only that the number, which is finite, may be beyond the largest f64.
+/// An interval of f64. Every operation moves both ends outwards by one step, whichever way the
+/// machine rounded. An end of infinity says only that the number, which is finite, may be beyond
+/// the largest f64.
 #[derive(Clone, Copy, Debug)]
 pub struct Rough {
     /// Lower end, below infinity.
@@ -46,7 +48,8 @@ pub struct Rough {
 }
 
 impl Rough {
-    /// From two ends that were each rounded to nearest once. Where the machine gave no number, nothing is known.
+    /// From two ends that were each rounded to nearest once. Where the machine gave no number,
+    /// nothing is known.
     fn outwards(low: f64, high: f64) -> Self {
         Self {
             low: if low.is_nan() { f64::NEG_INFINITY } else { low.next_down() },
@@ -71,8 +74,8 @@ impl Real for Rough {
         if odd == 0 {
             return Self { low: 0.0, high: 0.0 };
         }
-        // The integers are below 2^53, so they are f64 without rounding. A quotient of the ends of a product that
-        // was moved outwards is moved outwards again.
+        // The integers are below 2^53, so they are f64 without rounding. A quotient of the ends of
+        // a product that was moved outwards is moved outwards again.
         let product = Self::exact(odd as f64, ()).times(&Self::exact(length, ()));
         let divisor = 2.0 * f64::from(divisor);
         Self::outwards(product.low / divisor, product.high / divisor)
@@ -107,7 +110,10 @@ impl Real for Rough {
     }
 
     fn root(&self) -> Self {
-        Self { low: self.low.max(0.0).sqrt().next_down().max(0.0), high: self.high.max(0.0).sqrt().next_up() }
+        Self {
+            low: self.low.max(0.0).sqrt().next_down().max(0.0),
+            high: self.high.max(0.0).sqrt().next_up(),
+        }
     }
 
     fn sign(&self) -> Option<Ordering> {
@@ -137,7 +143,8 @@ pub fn split(value: f64) -> (i64, i32) {
     let bits = value.to_bits();
     let stored = ((bits >> 52) & 0x7ff) as i32;
     let fraction = (bits & ((1 << 52) - 1)) as i64;
-    let (mantissa, exponent) = if stored == 0 { (fraction, -1074) } else { (fraction | 1 << 52, stored - 1075) };
+    let (mantissa, exponent) =
+        if stored == 0 { (fraction, -1074) } else { (fraction | 1 << 52, stored - 1075) };
     if mantissa == 0 {
         return (0, 0);
     }
@@ -208,7 +215,8 @@ impl Fixed {
         })
     }
 
-    /// The lower end as an f64, nearly, and what it must be multiplied with as a power of two: for messages.
+    /// The lower end as an f64, nearly, and what it must be multiplied with as a power of two: for
+    /// messages.
     pub fn words(&self) -> String {
         let drop = magnitude_bits(&self.low).saturating_sub(60);
         let leading = (&self.low >> drop).to_f64().value();
@@ -219,7 +227,8 @@ impl Fixed {
     pub fn rough(&self) -> Rough {
         assert!(self.places <= 900, "2^-places must be a normal f64");
         let scale = 2f64.powi(-(self.places as i32));
-        // The conversion rounds to nearest; scaling by a power of two rounds only below the normal numbers.
+        // The conversion rounds to nearest; scaling by a power of two rounds only below the normal
+        // numbers.
         let near = |end: &IBig| end.to_f64().value();
         Rough {
             low: (near(&self.low).next_down() * scale).next_down(),
@@ -268,8 +277,11 @@ impl Real for Fixed {
         let top = IBig::from(odd) * IBig::from(mantissa);
         let bottom = IBig::from(2 * i64::from(divisor));
         let shift = exponent as i64 + places as i64;
-        let (top, bottom) =
-            if shift >= 0 { (top << shift as usize, bottom) } else { (top, bottom << shift.unsigned_abs() as usize) };
+        let (top, bottom) = if shift >= 0 {
+            (top << shift as usize, bottom)
+        } else {
+            (top, bottom << shift.unsigned_abs() as usize)
+        };
         Self { low: top.clone().div_euclid(&bottom), high: ceil_div(top, &bottom), places }
     }
 
@@ -282,10 +294,19 @@ impl Real for Fixed {
     }
 
     fn times(&self, other: &Self) -> Self {
-        let ends = [&self.low * &other.low, &self.low * &other.high, &self.high * &other.low, &self.high * &other.high];
+        let ends = [
+            &self.low * &other.low,
+            &self.low * &other.high,
+            &self.high * &other.low,
+            &self.high * &other.high,
+        ];
         let least = ends.iter().min().expect("four products");
         let most = ends.iter().max().expect("four products");
-        Self { low: floor_shift(least, self.places), high: ceil_shift(most, self.places), places: self.places }
+        Self {
+            low: floor_shift(least, self.places),
+            high: ceil_shift(most, self.places),
+            places: self.places,
+        }
     }
 
     fn square(&self) -> Self {
@@ -301,9 +322,16 @@ impl Real for Fixed {
     }
 
     fn root(&self) -> Self {
-        let low = if self.low > IBig::ZERO { whole_root(&(&self.low << self.places)) } else { IBig::ZERO };
-        let high =
-            if self.high > IBig::ZERO { whole_root(&(&self.high << self.places)) + IBig::ONE } else { IBig::ZERO };
+        let low = if self.low > IBig::ZERO {
+            whole_root(&(&self.low << self.places))
+        } else {
+            IBig::ZERO
+        };
+        let high = if self.high > IBig::ZERO {
+            whole_root(&(&self.high << self.places)) + IBig::ONE
+        } else {
+            IBig::ZERO
+        };
         Self { low, high, places: self.places }
     }
 

@@ -1,9 +1,12 @@
-//! The tests' own truth: the nearest sphere at a pixel, decided from the image contract and nothing else.
+//! The tests' own truth: the nearest sphere at a pixel, decided from the image contract and nothing
+//! else.
 //!
-//! The judge shares no code with the devices. It reads the raw numbers of the spheres and of the camera, and writes the
-//! contract's formulas down once, for any kind of interval. First the intervals are f64. Where they leave a question
-//! open, they are big integers with 128, 256, 512, ... binary places, until the sign is certain or the number is nearer to
-//! zero than a number of its kind can be without being zero ([`separation`]). So ties and tangents are proved, not believed.
+//! The judge shares no code with the devices. It reads the raw numbers of the spheres and of the
+//! camera, and writes the contract's formulas down once, for any kind of interval. First the
+//! intervals are f64. Where they leave a question open, they are big integers with 128, 256, 512,
+//! ... binary places, until the sign is certain or the number is nearer to zero than a number of
+//! its kind can be without being zero ([`separation`]). So ties and tangents are proved, not
+//! believed.
 
 #![allow(dead_code, reason = "each test crate that takes in the judge asks it other questions")]
 
@@ -80,7 +83,8 @@ enum Root {
     Far,
 }
 
-/// The ray of a sample: `square` is the squared length of its direction, whose part along the view direction is 1.
+/// The ray of a sample: `square` is the squared length of its direction, whose part along the view
+/// direction is 1.
 struct Ray<R> {
     screen: [R; 2],
     square: R,
@@ -90,7 +94,8 @@ struct Ray<R> {
 enum Guess {
     /// It is not seen there.
     Never,
-    /// It may be seen, not before `least`; surely by `most`, which is infinity when that is not certain. Both times `square`.
+    /// It may be seen, not before `least`; surely by `most`, which is infinity when that is not
+    /// certain. Both times `square`.
     Maybe { least: f64, most: f64 },
 }
 
@@ -111,13 +116,16 @@ impl Distance {
         self.0.against(low)[0] != Ordering::Less && self.0.against(high)[1] != Ordering::Greater
     }
 
-    /// Whether bounds hold it, neither of them infinite, but for the upper one of a distance that no f64 reaches, or all but.
+    /// Whether bounds hold it, neither of them infinite, but for the upper one of a distance that
+    /// no f64 reaches, or all but.
     pub fn has_bounds(&self, [low, high]: [f64; 2]) -> bool {
-        let reached = high < f64::INFINITY || self.is_between(f64::MAX * (1.0 - 2f64.powi(-37)), high);
+        let reached =
+            high < f64::INFINITY || self.is_between(f64::MAX * (1.0 - 2f64.powi(-37)), high);
         (0.0..f64::INFINITY).contains(&low) && self.is_between(low, high) && reached
     }
 
-    /// Whether a depth in f32 is within so many units in the last place of it. What no f32 reaches is the largest f32.
+    /// Whether a depth in f32 is within so many units in the last place of it. What no f32 reaches
+    /// is the largest f32.
     pub fn has_depth(&self, depth: f32, units: f64) -> bool {
         // No distance is negative, and none is the background's.
         if !(depth.is_sign_positive() && depth < f32::INFINITY) {
@@ -125,8 +133,15 @@ impl Distance {
         }
         let (value, largest) = (f64::from(depth), depth == f32::MAX);
         // The spacing above the depth; just below a power of two it is half as much.
-        let unit = if largest { value - f64::from(depth.next_down()) } else { f64::from(depth.next_up()) - value };
-        self.is_between(value - units * unit, if largest { f64::INFINITY } else { value + units * unit })
+        let unit = if largest {
+            value - f64::from(depth.next_down())
+        } else {
+            f64::from(depth.next_up()) - value
+        };
+        self.is_between(
+            value - units * unit,
+            if largest { f64::INFINITY } else { value + units * unit },
+        )
     }
 
     /// About how much it is, in words.
@@ -151,7 +166,8 @@ pub struct Judge {
     perspective: bool,
     /// Centre and radius.
     spheres: Vec<([f64; 3], f64)>,
-    /// Spheres without the later ones of equal numbers, which never win, and quick intervals for them.
+    /// Spheres without the later ones of equal numbers, which never win, and quick intervals for
+    /// them.
     first: Vec<(usize, Seen<Rough>)>,
     origin: [f64; 3],
     /// View direction and up, scaled to whole numbers, which moves no axis.
@@ -183,8 +199,10 @@ impl Judge {
     /// Reads the numbers of a scene and a view. Both must have been checked.
     pub fn new(scene: &Scene, view: &View) -> Self {
         let camera = &view.camera;
-        let spheres: Vec<_> =
-            (0..scene.len()).map(|i| scene.sphere(i).unwrap()).map(|s| (s.center.to_array(), s.radius)).collect();
+        let spheres: Vec<_> = (0..scene.len())
+            .map(|i| scene.sphere(i).unwrap())
+            .map(|s| (s.center.to_array(), s.radius))
+            .collect();
         let (columns, rows) = (view.image.width, view.image.height);
         let sides = match camera.size {
             ScreenSize::Both { width, height } => [(width, columns, columns), (height, rows, rows)],
@@ -195,7 +213,8 @@ impl Judge {
         let perspective = camera.projection == Projection::Perspective;
         let origin = camera.origin.to_array();
         let (d, up) = (whole(camera.view.to_array()), whole(camera.up.to_array()));
-        let planes: Vec<f64> = [camera.near, camera.far].into_iter().filter(|x| x.is_finite()).collect();
+        let planes: Vec<f64> =
+            [camera.near, camera.far].into_iter().filter(|x| x.is_finite()).collect();
         let integer_cross = |a: &[IBig; 3], b: &[IBig; 3]| {
             [(1, 2), (2, 0), (0, 1)].map(|(i, j): (usize, usize)| &a[i] * &b[j] - &a[j] * &b[i])
         };
@@ -254,11 +273,13 @@ impl Judge {
             .collect()
     }
 
-    /// The exact distance at which a sphere is seen at a pixel, whatever hides it; none if its ray does not meet it in the clip range.
+    /// The exact distance at which a sphere is seen at a pixel, whatever hides it; none if its ray
+    /// does not meet it in the clip range.
     pub fn distance(&self, column: u32, row: u32, id: i32) -> Option<Distance> {
         let sphere = self.original(usize::try_from(id).ok()?);
         let hit = self.hit(column, row, sphere)?;
-        let separation = self.setting.depth(&[self.body(sphere)]).separation(2 * self.setting.degree);
+        let separation =
+            self.setting.depth(&[self.body(sphere)]).separation(2 * self.setting.degree);
         for step in 0..STEPS {
             let ray: Ray<Fixed> = self.ray(column, row, FIRST_PLACES << step);
             let times_square = self.crossing_at(&ray, sphere, step).at(hit.root);
@@ -270,10 +291,14 @@ impl Judge {
                 return Some(Distance(distance));
             }
         }
-        panic!("pixel ({column}, {row}): {} places do not tell the distance", FIRST_PLACES << (STEPS - 1));
+        panic!(
+            "pixel ({column}, {row}): {} places do not tell the distance",
+            FIRST_PLACES << (STEPS - 1)
+        );
     }
 
-    /// Decides whatever the contract leaves open: where numbers on irrational axes agree in thousands of bits and differ, by what they are.
+    /// Decides whatever the contract leaves open: where numbers on irrational axes agree in
+    /// thousands of bits and differ, by what they are.
     pub fn until_the_last_bit(mut self) -> Self {
         self.contract_bits = i64::MAX / 2;
         self
@@ -285,7 +310,11 @@ impl Judge {
             return sphere;
         }
         let numbers = self.spheres[sphere];
-        self.first.iter().map(|f| f.0).find(|&k| self.spheres[k] == numbers).expect("it is kept once")
+        self.first
+            .iter()
+            .map(|f| f.0)
+            .find(|&k| self.spheres[k] == numbers)
+            .expect("it is kept once")
     }
 
     // ---- The contract's formulas, for any interval ----
@@ -298,7 +327,8 @@ impl Judge {
                 let length = dot(v, v).root();
                 [&v[0], &v[1], &v[2]].map(|x| x.over(&length))
             };
-            // Whole vectors are exact at any number of places, and at least 1 long; so are their products.
+            // Whole vectors are exact at any number of places, and at least 1 long; so are their
+            // products.
             let d = self.view.each_ref().map(|x| Fixed::whole(x, places));
             let up = self.up.each_ref().map(|x| Fixed::whole(x, places));
             let back = unit(&d).map(|x| Fixed::exact(0.0, places).minus(&x));
@@ -312,8 +342,12 @@ impl Judge {
     /// A sphere from where the camera is.
     fn seen<R: Real>(&self, sphere: usize, axes: &Axes<R>, places: R::Places) -> Seen<R> {
         let (center, radius) = self.spheres[sphere];
-        let away = [0, 1, 2].map(|k| R::exact(center[k], places).minus(&R::exact(self.origin[k], places)));
-        Seen { center: axes.each_ref().map(|axis| dot(axis, &away)), radius: R::exact(radius, places) }
+        let away =
+            [0, 1, 2].map(|k| R::exact(center[k], places).minus(&R::exact(self.origin[k], places)));
+        Seen {
+            center: axes.each_ref().map(|axis| dot(axis, &away)),
+            radius: R::exact(radius, places),
+        }
     }
 
     /// The screen point of a column (side 0) or row (side 1).
@@ -327,12 +361,17 @@ impl Judge {
     fn ray<R: Real>(&self, column: u32, row: u32, places: R::Places) -> Ray<R> {
         let screen: [R; 2] = [self.screen(0, column, places), self.screen(1, row, places)];
         let one = R::exact(1.0, places);
-        let square = if self.perspective { one.plus(&screen[0].square()).plus(&screen[1].square()) } else { one };
+        let square = if self.perspective {
+            one.plus(&screen[0].square()).plus(&screen[1].square())
+        } else {
+            one
+        };
         Ray { screen, square }
     }
 
-    /// `|p + t dir - c|^2 = r^2` for a direction whose depth is 1: the middle of the crossings and half the chord squared.
-    /// The chord is `|dir|^2 r^2 - |dir x (c - p)|^2`, where the second part is the squared distance of centre and line.
+    /// `|p + t dir - c|^2 = r^2` for a direction whose depth is 1: the middle of the crossings and
+    /// half the chord squared. The chord is `|dir|^2 r^2 - |dir x (c - p)|^2`, where the second
+    /// part is the squared distance of centre and line.
     fn crossing<R: Real>(&self, ray: &Ray<R>, seen: &Seen<R>) -> Crossing<R> {
         let [x, y, z] = &seen.center;
         let [sx, sy] = &ray.screen;
@@ -351,7 +390,8 @@ impl Judge {
         }
     }
 
-    /// How far a sphere's centre is from the plane of a row's (or column's) rays, against its radius: certainly farther?
+    /// How far a sphere's centre is from the plane of a row's (or column's) rays, against its
+    /// radius: certainly farther?
     fn clear_of<R: Real>(&self, side: usize, at: &R, seen: &Seen<R>, places: R::Places) -> bool {
         let one = R::exact(1.0, places);
         let (apart, square) = if self.perspective {
@@ -438,8 +478,9 @@ impl Judge {
 
     // ---- Certain ----
 
-    /// The sign of what `quantity` computes: first by quick intervals, then with more and more places.
-    /// `size` bounds it, and `values` is how many values it takes when the signs of roots change.
+    /// The sign of what `quantity` computes: first by quick intervals, then with more and more
+    /// places. `size` bounds it, and `values` is how many values it takes when the signs of roots
+    /// change.
     fn sign(
         &self,
         column: u32,
@@ -465,8 +506,9 @@ impl Judge {
                 Some(sign) => {
                     assert!(
                         self.setting.degree == 1 || !value.within(size.bound - self.contract_bits),
-                        "pixel ({column}, {row}): two quantities agree in {CONTRACT_BITS} bits and differ; the contract \
-                         does not say which is less, so this scene is no test"
+                        "pixel ({column}, {row}): two quantities agree in {CONTRACT_BITS} bits \
+                         and differ; the contract does not say which is less, so this scene is no \
+                         test"
                     );
                     return sign;
                 }
@@ -477,7 +519,10 @@ impl Judge {
                 None => {}
             }
         }
-        panic!("pixel ({column}, {row}): {} places do not decide, {separation} would", FIRST_PLACES << (STEPS - 1));
+        panic!(
+            "pixel ({column}, {row}): {} places do not decide, {separation} would",
+            FIRST_PLACES << (STEPS - 1)
+        );
     }
 
     fn crossing_at(&self, ray: &Ray<Fixed>, sphere: usize, step: usize) -> Crossing<Fixed> {
@@ -491,7 +536,10 @@ impl Judge {
 
     /// Quick intervals of a sphere's crossing.
     fn rough_crossing(&self, ray: &Ray<Rough>, sphere: usize) -> Crossing<Rough> {
-        let k = self.first.binary_search_by_key(&sphere, |f| f.0).expect("only first ones are asked for");
+        let k = self
+            .first
+            .binary_search_by_key(&sphere, |f| f.0)
+            .expect("only first ones are asked for");
         self.crossing(ray, &self.first[k].1)
     }
 
@@ -501,9 +549,14 @@ impl Judge {
         let rough = self.rough_crossing(&ray, sphere);
         let body = self.body(sphere);
         let (degree, depth) = (self.setting.degree, self.setting.depth(&[body]));
-        let chord = self.sign(column, row, self.setting.chord(body), degree, rough.chord.sign(), |ray, step| {
-            self.crossing_at(ray, sphere, step).chord
-        });
+        let chord = self.sign(
+            column,
+            row,
+            self.setting.chord(body),
+            degree,
+            rough.chord.sign(),
+            |ray, step| self.crossing_at(ray, sphere, step).chord,
+        );
         if chord == Ordering::Less {
             return None;
         }
@@ -518,7 +571,8 @@ impl Judge {
                 self.crossing_at(ray, sphere, step).at(root).minus(&plane)
             })
         };
-        let root = if against(Root::Near, self.near) == Ordering::Less { Root::Far } else { Root::Near };
+        let root =
+            if against(Root::Near, self.near) == Ordering::Less { Root::Far } else { Root::Near };
         let seen = (root == Root::Near || against(root, self.near) != Ordering::Less)
             && against(root, self.far) != Ordering::Greater;
         seen.then_some(Hit { sphere, root })
@@ -527,11 +581,15 @@ impl Judge {
     /// The order of two hits along a ray.
     fn compare(&self, column: u32, row: u32, a: Hit, b: Hit) -> Ordering {
         let ray: Ray<Rough> = self.ray(column, row, ());
-        let quick =
-            self.rough_crossing(&ray, a.sphere).at(a.root).minus(&self.rough_crossing(&ray, b.sphere).at(b.root));
+        let quick = self
+            .rough_crossing(&ray, a.sphere)
+            .at(a.root)
+            .minus(&self.rough_crossing(&ray, b.sphere).at(b.root));
         let size = self.setting.depth(&[self.body(a.sphere), self.body(b.sphere)]);
         self.sign(column, row, size, 4 * self.setting.degree, quick.sign(), |ray, step| {
-            self.crossing_at(ray, a.sphere, step).at(a.root).minus(&self.crossing_at(ray, b.sphere, step).at(b.root))
+            self.crossing_at(ray, a.sphere, step)
+                .at(a.root)
+                .minus(&self.crossing_at(ray, b.sphere, step).at(b.root))
         })
     }
 }

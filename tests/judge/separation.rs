@@ -1,18 +1,20 @@
 //! How near to zero a number of the image contract can be without being zero.
 //!
-//! Every quantity that the judge asks the sign of is built from whole numbers by `+ - *`, a known division and square
-//! roots. Multiplied by a known positive whole number `S` it is an algebraic integer: a root of a polynomial with whole
-//! coefficients that begins with 1. The product of such a number and its conjugates (the other roots of its minimal
-//! polynomial) is a whole number, and not 0 unless the number is 0. The conjugates are found among the values that the
-//! same formula takes when the signs of its roots are changed: flipped camera axes and the other root of a sphere. So all
-//! of them stay below a bound `H` that does not look at signs, and with `n` such values in all
+//! Every quantity that the judge asks the sign of is built from whole numbers by `+ - *`, a known
+//! division and square roots. Multiplied by a known positive whole number `S` it is an algebraic
+//! integer: a root of a polynomial with whole coefficients that begins with 1. The product of such
+//! a number and its conjugates (the other roots of its minimal polynomial) is a whole number, and
+//! not 0 unless the number is 0. The conjugates are found among the values that the same formula
+//! takes when the signs of its roots are changed: flipped camera axes and the other root of a
+//! sphere. So all of them stay below a bound `H` that does not look at signs, and with `n` such
+//! values in all
 //!
 //! ```text
 //!     |E| is 0, or at least 1 / (S max(1, S H)^(n - 1))
 //! ```
 //!
-//! An interval around `E` that is narrower than this and holds 0 proves that `E` is 0. All sizes here are exponents
-//! of two, rounded up.
+//! An interval around `E` that is narrower than this and holds 0 proves that `E` is 0. All sizes
+//! here are exponents of two, rounded up.
 
 use dashu_int::IBig;
 
@@ -22,7 +24,9 @@ use super::interval::{magnitude_bits, perfect_root, split};
 pub fn exponent(value: f64) -> i64 {
     match split(value) {
         (0, _) => -2000,
-        (mantissa, exponent) => 64 - i64::from(mantissa.unsigned_abs().leading_zeros()) + i64::from(exponent),
+        (mantissa, exponent) => {
+            64 - i64::from(mantissa.unsigned_abs().leading_zeros()) + i64::from(exponent)
+        }
     }
 }
 
@@ -60,7 +64,8 @@ pub struct Size {
 }
 
 impl Size {
-    /// `k` such that the quantity is 0, or at least `2^-k`, when `values` signs of roots have to be thought of.
+    /// `k` such that the quantity is 0, or at least `2^-k`, when `values` signs of roots have to be
+    /// thought of.
     pub fn separation(self, values: i64) -> i64 {
         self.denominator + (values - 1) * (self.denominator + self.bound).max(0)
     }
@@ -85,7 +90,8 @@ impl Body {
     }
 }
 
-/// Everything the setting is made from: `square_view` is `A = |d|^2`, `square_side` is `B = |d x up|^2`, for whole `d` and `up`.
+/// Everything the setting is made from: `square_view` is `A = |d|^2`, `square_side` is `B = |d x
+/// up|^2`, for whole `d` and `up`.
 pub struct Given<'a> {
     /// Whether rays leave one point.
     pub perspective: bool,
@@ -111,26 +117,41 @@ impl Setting {
             (Some(_), None, _) | (None, Some(_), _) | (None, None, Some(_)) => 2,
             (None, None, None) => 4,
         };
-        // forward = d / sqrt A = d sqrt A / A, right = g sqrt B / B, up = h sqrt A sqrt B / (A B), with whole d, g, h.
-        let denominator = |square: &IBig, root: &Option<IBig>| magnitude_bits(root.as_ref().unwrap_or(square)) as i64;
+        // forward = d / sqrt A = d sqrt A / A, right = g sqrt B / B, up = h sqrt A sqrt B / (A B),
+        // with whole d, g, h.
+        let denominator = |square: &IBig, root: &Option<IBig>| {
+            magnitude_bits(root.as_ref().unwrap_or(square)) as i64
+        };
         let bits = |n: u32| i64::from(32 - n.leading_zeros());
         let [(across, across_divisor, columns), (down, down_divisor, rows)] = given.sides;
-        let whole = bits(across_divisor) + 1 + if across_divisor == down_divisor { 0 } else { bits(down_divisor) + 1 };
-        let reach = |length: f64, divisor: u32, pixels: u32| exponent(length) + bits(pixels) - bits(divisor) + 1;
+        let whole = bits(across_divisor)
+            + 1
+            + if across_divisor == down_divisor { 0 } else { bits(down_divisor) + 1 };
+        let reach = |length: f64, divisor: u32, pixels: u32| {
+            exponent(length) + bits(pixels) - bits(divisor) + 1
+        };
         Self {
             perspective: given.perspective,
             degree,
             axes: denominator(given.square_view, &root_a) + denominator(given.square_side, &root_b),
             screen: (whole, places(across).max(places(down))),
-            // Both coordinates together are at most twice the larger, so `reach + 1` bounds their sum.
+            // Both coordinates together are at most twice the larger, so `reach + 1` bounds their
+            // sum.
             reach: reach(across, across_divisor, columns).max(reach(down, down_divisor, rows)) + 1,
-            origin_places: given.origin.iter().chain(given.planes).map(|&x| places(x)).max().unwrap_or(0),
+            origin_places: given
+                .origin
+                .iter()
+                .chain(given.planes)
+                .map(|&x| places(x))
+                .max()
+                .unwrap_or(0),
             origin: given.origin.iter().map(|&x| exponent(x)).max().unwrap_or(-2000),
             planes: given.planes.iter().map(|&x| exponent(x)).max().unwrap_or(-2000),
         }
     }
 
-    /// Size of a depth times the square of the ray's direction, of these spheres or of a clip plane.
+    /// Size of a depth times the square of the ray's direction, of these spheres or of a clip
+    /// plane.
     pub fn depth(&self, bodies: &[Body]) -> Size {
         let world_places = bodies.iter().map(|b| b.places).fold(self.origin_places, i64::max);
         let (whole, screen_places) = self.screen;
@@ -142,7 +163,10 @@ impl Setting {
             // |dir| <= 1 + |sx| + |sy| <= 2^(max(reach, 0) + 1); |b| + sqrt q <= |dir| (2 |m| + r).
             let direction = self.reach.max(0) + 1;
             let depth = direction + away.max(radius) + 2;
-            (self.axes + world_places + 2 * (whole + screen_places), depth.max(self.planes + 2 * direction))
+            (
+                self.axes + world_places + 2 * (whole + screen_places),
+                depth.max(self.planes + 2 * direction),
+            )
         } else {
             // |Z| + sqrt q <= 2 |m| + r + |s|.
             (
@@ -154,10 +178,12 @@ impl Setting {
         Size { denominator, bound: one + 1 }
     }
 
-    /// Size of the square of half the chord, times the fourth power of the direction: what tells hit from miss.
+    /// Size of the square of half the chord, times the fourth power of the direction: what tells
+    /// hit from miss.
     pub fn chord(&self, body: Body) -> Size {
         let depth = self.depth(&[body]);
-        // q is an algebraic integer over S^2, and so below the square of the bound on depths, signs apart.
+        // q is an algebraic integer over S^2, and so below the square of the bound on depths, signs
+        // apart.
         Size { denominator: 2 * depth.denominator, bound: 2 * depth.bound }
     }
 }

@@ -66,10 +66,17 @@ impl Stage {
         let mut projector = Projector::new(&truth, Region::whole(image));
         // Every sphere's own bounds; the short cut for most is compared with them where it is made.
         projector.screen.plain = f64::INFINITY;
-        let pairs = |axis: Axis| [0, 1, 2].map(|k| Bounded::pair(axis.high[k], axis.low[k], Axis::ERROR));
+        let pairs =
+            |axis: Axis| [0, 1, 2].map(|k| Bounded::pair(axis.high[k], axis.low[k], Axis::ERROR));
         let axes = truth.axes();
         let axes = [axes.right, axes.up, axes.forward].map(pairs);
-        Self { view, truth, projector, axes, perspective: camera.projection == Projection::Perspective }
+        Self {
+            view,
+            truth,
+            projector,
+            axes,
+            perspective: camera.projection == Projection::Perspective,
+        }
     }
 
     /// The exact numbers of an input.
@@ -77,7 +84,9 @@ impl Stage {
         let origin = self.view.camera.origin;
         let f = [0, 1, 2].map(|k| Bounded::difference(input.center[k], origin[k]));
         let [x, y, z] = self.axes.map(|axis| f[0] * axis[0] + f[1] * axis[1] + f[2] * axis[2]);
-        let sample = |odd: i32, length: f64, divisor: u32| Bounded::ratio(odd.into(), length, 2.0 * f64::from(divisor));
+        let sample = |odd: i32, length: f64, divisor: u32| {
+            Bounded::ratio(odd.into(), length, 2.0 * f64::from(divisor))
+        };
         let View { pitch_x, pitch_y, .. } = self.view;
         let sx = sample(self.view.odd_x(input.column), pitch_x.length, pitch_x.divisor);
         let sy = sample(self.view.odd_y(input.row), pitch_y.length, pitch_y.divisor);
@@ -105,16 +114,26 @@ impl Stage {
     }
 }
 
-/// Cameras on rational and on irrational axes, at the origin and far from it, with a narrow and a wide view.
+/// Cameras on rational and on irrational axes, at the origin and far from it, with a narrow and a
+/// wide view.
 pub fn stages(random: &mut Random, projection: Projection) -> Vec<Stage> {
-    let views = [DVec3::X, DVec3::new(3.0, 4.0, 0.0), DVec3::new(1.0, 1.3, -0.7), DVec3::new(-1.0, 2.0, 3.0)];
+    let views = [
+        DVec3::X,
+        DVec3::new(3.0, 4.0, 0.0),
+        DVec3::new(1.0, 1.3, -0.7),
+        DVec3::new(-1.0, 2.0, 3.0),
+    ];
     let mut stages = Vec::new();
     for view in views {
         for (origin, reach) in [(0.0, 0.3), (10.0, 3.0), (1e3, 30.0)] {
             let mut camera = Camera::orthographic(random.ball() * origin, view);
             camera.projection = projection;
             // Of a perspective camera: opening angles of 1 to 90 degrees each way.
-            let side = if projection == Projection::Perspective { [0.02, 0.5, 2.0][stages.len() % 3] } else { reach };
+            let side = if projection == Projection::Perspective {
+                [0.02, 0.5, 2.0][stages.len() % 3]
+            } else {
+                reach
+            };
             camera.size = ScreenSize::Both { width: side * random.between(0.5, 1.0), height: side };
             stages.push(Stage::new(camera, ImageSize { width: 97, height: 61 }));
         }

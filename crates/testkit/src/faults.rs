@@ -1,8 +1,9 @@
-//! The proof that the tests prove something: a list of small faults, each of which a test must find.
+//! The proof that the tests prove something: a list of small faults, each of which a test must
+//! find.
 //!
-//! A fault is data: `tests/faults/*.toml` say which text of which file becomes which other text, and
-//! which test must fail then. Bounds are divided by eight, terms of bounds dropped, tie rules turned
-//! round, short cuts taken too early.
+//! A fault is data: `tests/faults/*.toml` say which text of which file becomes which other text,
+//! and which test must fail then. Bounds are divided by eight, terms of bounds dropped, tie rules
+//! turned round, short cuts taken too early.
 
 use std::{
     collections::HashSet,
@@ -90,7 +91,8 @@ fn bare(text: &str) -> impl Iterator<Item = char> {
 /// Where a text begins and ends within another, white space left out of account.
 fn places(text: &str, wanted: &str) -> Vec<(usize, usize)> {
     let wanted: Vec<char> = bare(wanted).collect();
-    let solid: Vec<(usize, char)> = text.char_indices().filter(|(_, c)| !c.is_whitespace()).collect();
+    let solid: Vec<(usize, char)> =
+        text.char_indices().filter(|(_, c)| !c.is_whitespace()).collect();
     if wanted.is_empty() {
         return Vec::new();
     }
@@ -125,8 +127,14 @@ mod tests {
     #[test]
     fn a_fault_is_planted_whatever_the_form() {
         let text = "let a = one(\n    two,\n);\nlet b = 3;\n";
-        assert_eq!(fault("one(two,)", "one(-two)").plant(text).unwrap(), "let a = one(-two);\nlet b = 3;\n");
-        assert_eq!(fault("\n  let b = 3;\n", "").plant(text).unwrap(), "let a = one(\n    two,\n);\n\n");
+        assert_eq!(
+            fault("one(two,)", "one(-two)").plant(text).unwrap(),
+            "let a = one(-two);\nlet b = 3;\n"
+        );
+        assert_eq!(
+            fault("\n  let b = 3;\n", "").plant(text).unwrap(),
+            "let a = one(\n    two,\n);\n\n"
+        );
     }
 
     #[test]

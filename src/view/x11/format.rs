@@ -31,7 +31,12 @@ impl Format {
         let visual = visual(screen).filter(|visual| visual.class == VisualClass::TRUE_COLOR)?;
         let masks = [visual.red_mask, visual.green_mask, visual.blue_mask];
         let highest_first = setup.image_byte_order == ImageOrder::MSB_FIRST;
-        Self::new(screen.root_depth, [there.bits_per_pixel, there.scanline_pad], highest_first, masks)
+        Self::new(
+            screen.root_depth,
+            [there.bits_per_pixel, there.scanline_pad],
+            highest_first,
+            masks,
+        )
     }
 
     fn new(depth: u8, [bits, pad]: [u8; 2], highest_first: bool, masks: [u32; 3]) -> Option<Self> {
@@ -67,7 +72,8 @@ impl Format {
         let bytes = self.bits / 8;
         for (&pixel, place) in pixels.iter().zip(row.chunks_exact_mut(bytes)) {
             let [_, red, green, blue] = pixel.to_be_bytes().map(usize::from);
-            let value = self.levels[0][red] | self.levels[1][green] | self.levels[2][blue] | self.always;
+            let value =
+                self.levels[0][red] | self.levels[1][green] | self.levels[2][blue] | self.always;
             if self.highest_first {
                 place.copy_from_slice(&value.to_be_bytes()[4 - bytes..]);
             } else {
@@ -90,7 +96,11 @@ pub(in crate::view) fn describe(screen: &Screen) -> String {
 
 /// A screen's own visual.
 fn visual(screen: &Screen) -> Option<&Visualtype> {
-    screen.allowed_depths.iter().flat_map(|depth| &depth.visuals).find(|visual| visual.visual_id == screen.root_visual)
+    screen
+        .allowed_depths
+        .iter()
+        .flat_map(|depth| &depth.visuals)
+        .find(|visual| visual.visual_id == screen.root_visual)
 }
 
 #[cfg(test)]
@@ -107,7 +117,9 @@ mod tests {
     fn pixels_of_every_layout() {
         const RGB: [u32; 3] = [0xff_0000, 0xff00, 0xff];
         let pixels = [0x00_0a_80_ff, 0x00_ff_00_01];
-        let row = |depth, size, order, masks| encoded(&Format::new(depth, size, order, masks).unwrap(), &pixels);
+        let row = |depth, size, order, masks| {
+            encoded(&Format::new(depth, size, order, masks).unwrap(), &pixels)
+        };
         let little = [0xff, 0x80, 0x0a, 0, 0x01, 0, 0xff, 0];
         assert_eq!(row(24, [32, 32], false, RGB), little);
         assert_eq!(row(24, [32, 32], true, RGB), [0, 0x0a, 0x80, 0xff, 0, 0xff, 0, 0x01]);
@@ -122,7 +134,10 @@ mod tests {
         // Ten bits each: 0 and 255 are 0 and 1023, 10 of 255 are 40.1 of 1023, 128 are 513.5.
         let ten = [1023 << 20, 1023 << 10, 1023];
         let value = |r: u32, g: u32, b: u32| (r << 20 | g << 10 | b).to_le_bytes();
-        assert_eq!(row(30, [32, 32], false, ten), [value(40, 514, 1023), value(1023, 0, 4)].concat());
+        assert_eq!(
+            row(30, [32, 32], false, ten),
+            [value(40, 514, 1023), value(1023, 0, 4)].concat()
+        );
         // Five, six and five; one pixel pads the row.
         let sixteen = Format::new(16, [16, 32], false, [0xf800, 0x7e0, 0x1f]).unwrap();
         let value = |r: u16, g: u16, b: u16| (r << 11 | g << 5 | b).to_le_bytes();
@@ -130,7 +145,10 @@ mod tests {
             encoded(&sixteen, &[0xff_ff_ff, 0, 0x0a_80_ff]),
             [value(31, 63, 31), [0, 0], value(1, 32, 31), [0xee; 2]].concat()
         );
-        assert_eq!(encoded(&Format::new(8, [8, 32], false, [0xe0, 0x1c, 3]).unwrap(), &[0xff_00_ff])[0], 0xe3);
+        assert_eq!(
+            encoded(&Format::new(8, [8, 32], false, [0xe0, 0x1c, 3]).unwrap(), &[0xff_00_ff])[0],
+            0xe3
+        );
         assert!(Format::new(4, [4, 32], false, [4, 2, 1]).is_none());
         assert!(Format::new(8, [8, 32], false, [0, 0, 0]).is_none());
     }

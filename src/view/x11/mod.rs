@@ -84,7 +84,9 @@ impl Server {
             let _ = tell.send(Some(result));
         });
         spawned.map_err(|error| Refusal::Nowhere(format!("no thread to connect with: {error}")))?;
-        let silent = |limit: Duration| Refusal::Nowhere(format!("no answer within {} seconds", limit.as_secs_f64()));
+        let silent = |limit: Duration| {
+            Refusal::Nowhere(format!("no answer within {} seconds", limit.as_secs_f64()))
+        };
         let first = told.recv_timeout(ACCEPT).map_err(|_| silent(ACCEPT))?;
         match first {
             Some(result) => result,
@@ -98,8 +100,11 @@ impl Server {
         let (tell, told) = mpsc::channel();
         let server = Arc::clone(self);
         let ask = move || {
-            let reply =
-                server.connection.get_geometry(window).map_err(ReplyError::from).and_then(|asked| asked.reply());
+            let reply = server
+                .connection
+                .get_geometry(window)
+                .map_err(ReplyError::from)
+                .and_then(|asked| asked.reply());
             let _ = tell.send(match reply {
                 Ok(_) => Fate::There,
                 Err(ReplyError::X11Error(_)) => Fate::Destroyed,
@@ -129,7 +134,8 @@ fn reach(name: &str) -> Result<Reached, Refusal> {
         None => Err(error),
     });
     let nowhere = |words: &str| Refusal::Nowhere(words.to_owned());
-    let display = parsed.map_err(|_| nowhere("not the name of a display that can be, such as :0"))?;
+    let display =
+        parsed.map_err(|_| nowhere("not the name of a display that can be, such as :0"))?;
     let mut pauses = PAUSES.iter();
     loop {
         let error = match reach_once(&display) {
@@ -151,8 +157,13 @@ fn reach_once(display: &ParsedDisplay) -> Result<Reached, ConnectError> {
                 let known = get_auth(family, &peer, display.display).ok().flatten();
                 let (name, data) = known.unwrap_or_default();
                 let screen = display.screen.into();
-                let connection = RustConnection::connect_to_stream_with_auth_info(stream, screen, name, data)?;
-                return Ok(Reached { connection, screen, local: matches!(address, ConnectAddress::Socket(_)) });
+                let connection =
+                    RustConnection::connect_to_stream_with_auth_info(stream, screen, name, data)?;
+                return Ok(Reached {
+                    connection,
+                    screen,
+                    local: matches!(address, ConnectAddress::Socket(_)),
+                });
             }
             // The first address is the one that was meant; others are tried after it.
             Err(error) => failure = failure.or(Some(error)),
@@ -190,7 +201,8 @@ impl Reached {
     /// Asks the server whether it can show the window, and how.
     fn ask(self) -> Result<Server, Refusal> {
         let Self { connection, screen, local } = self;
-        let lost = |error: ConnectionError| Refusal::Nowhere(format!("the server has gone: {error}"));
+        let lost =
+            |error: ConnectionError| Refusal::Nowhere(format!("the server has gone: {error}"));
         for name in NEEDED.into_iter().chain([shm::X11_EXTENSION_NAME]) {
             connection.prefetch_extension_information(name).map_err(lost)?;
         }
@@ -204,22 +216,28 @@ impl Reached {
             }
         }
         let version = connection.xinput_xi_query_version(2, 3).map_err(lost)?.reply();
-        if let Err(ReplyError::X11Error(_)) | Ok(xinput::XIQueryVersionReply { major_version: ..2, .. }) = version {
+        if let Err(ReplyError::X11Error(_))
+        | Ok(xinput::XIQueryVersionReply { major_version: ..2, .. }) = version
+        {
             return Err(Refusal::Unable(format!(
-                "the X server's {} is older than version 2, which windows need\nfix: use a newer X server",
+                "the X server's {} is older than version 2, which windows need\nfix: use a newer \
+                 X server",
                 xinput::X11_EXTENSION_NAME
             )));
         }
-        let shares = local && connection.extension_information(shm::X11_EXTENSION_NAME).map_err(lost)?.is_some() && {
-            let version = connection.shm_query_version().map_err(lost)?.reply();
-            version.is_ok_and(|version| (version.major_version, version.minor_version) >= (1, 2))
-        };
+        let shares = local
+            && connection.extension_information(shm::X11_EXTENSION_NAME).map_err(lost)?.is_some()
+            && {
+                let version = connection.shm_query_version().map_err(lost)?.reply();
+                version
+                    .is_ok_and(|version| (version.major_version, version.minor_version) >= (1, 2))
+            };
         let setup = connection.setup();
         let screen = &setup.roots[screen];
         let Some(format) = Format::of(setup, screen) else {
             return Err(Refusal::Unable(format!(
-                "the screen has {}, but pictures need red, green and blue in each\n\
-                 fix: use a screen of TrueColor (without a real one: Xvfb -cc 4 -screen 0 1280x1024x24)",
+                "the screen has {}, but pictures need red, green and blue in each\nfix: use a \
+                 screen of TrueColor (without a real one: Xvfb -cc 4 -screen 0 1280x1024x24)",
                 format::describe(screen)
             )));
         };

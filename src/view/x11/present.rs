@@ -64,7 +64,9 @@ impl From<ReplyOrIdError> for Trouble {
         match error {
             ReplyOrIdError::ConnectionError(error) => error.into(),
             ReplyOrIdError::X11Error(error) => ReplyError::X11Error(error).into(),
-            ReplyOrIdError::IdsExhausted => Self::Words("the X server has no more names for resources".into()),
+            ReplyOrIdError::IdsExhausted => {
+                Self::Words("the X server has no more names for resources".into())
+            }
         }
     }
 }
@@ -81,7 +83,11 @@ pub(in crate::view) struct Presenter(Arc<Waiting>);
 
 impl Presenter {
     /// Starts the thread; `failed` is called when no more can be shown.
-    pub fn start(server: Arc<Server>, window: u32, failed: impl FnOnce(Trouble) + Send + 'static) -> io::Result<Self> {
+    pub fn start(
+        server: Arc<Server>,
+        window: u32,
+        failed: impl FnOnce(Trouble) + Send + 'static,
+    ) -> io::Result<Self> {
         let waiting = Arc::<Waiting>::default();
         let queue = Arc::clone(&waiting);
         thread::Builder::new().name("presenting".into()).spawn(move || {
@@ -138,9 +144,19 @@ impl<'s> Easel<'s> {
     fn new(server: &'s Server, window: u32) -> Result<Self, Trouble> {
         let connection = &server.connection;
         let context = connection.generate_id()?;
-        connection.create_gc(context, window, &CreateGCAux::new().graphics_exposures(0))?.check()?;
+        connection
+            .create_gc(context, window, &CreateGCAux::new().graphics_exposures(0))?
+            .check()?;
         let shares = server.shares;
-        Ok(Self { server, window, context, shares, shared: None, row: Vec::new(), piece: Vec::new() })
+        Ok(Self {
+            server,
+            window,
+            context,
+            shares,
+            shared: None,
+            row: Vec::new(),
+            piece: Vec::new(),
+        })
     }
 
     /// Shows a picture; when this returns, the server has it.
@@ -173,7 +189,8 @@ impl<'s> Easel<'s> {
         let (window, context, format) = (self.window, self.context, ImageFormat::Z_PIXMAP.into());
         let connection = &self.server.connection;
         connection.shm_put_image(
-            window, context, width, height, 0, 0, width, height, 0, 0, depth, format, false, *segment, 0,
+            window, context, width, height, 0, 0, width, height, 0, 0, depth, format, false,
+            *segment, 0,
         )?;
         self.finish()
     }
@@ -191,7 +208,9 @@ impl<'s> Easel<'s> {
         match connection.shm_attach_fd(segment, descriptor, true)?.check() {
             Ok(()) => self.shared = Some(Shared { memory, segment }),
             Err(ReplyError::ConnectionError(error)) => return Err(error.into()),
-            Err(ReplyError::X11Error(_)) => return Err(Trouble::Words("memory is not shared".into())),
+            Err(ReplyError::X11Error(_)) => {
+                return Err(Trouble::Words("memory is not shared".into()));
+            }
         }
         Ok(())
     }
@@ -225,7 +244,18 @@ impl<'s> Easel<'s> {
                 let [x, y] = [left, top].map(|at| i16::try_from(at).unwrap_or(i16::MAX));
                 let (kind, depth) = (ImageFormat::Z_PIXMAP, format.depth);
                 let (wide, tall) = (short(wide), short(tall));
-                connection.put_image(kind, self.window, self.context, wide, tall, x, y, 0, depth, &self.piece)?;
+                connection.put_image(
+                    kind,
+                    self.window,
+                    self.context,
+                    wide,
+                    tall,
+                    x,
+                    y,
+                    0,
+                    depth,
+                    &self.piece,
+                )?;
             }
         }
         Ok(())
@@ -262,7 +292,9 @@ fn memory(bytes: usize) -> io::Result<(File, MmapMut)> {
     loop {
         // SAFETY: the descriptor is open as long as `file` is; the call touches no memory of this
         // process.
-        let code = unsafe { libc::posix_fallocate(std::os::fd::AsRawFd::as_raw_fd(&file), 0, bytes as libc::off_t) };
+        let code = unsafe {
+            libc::posix_fallocate(std::os::fd::AsRawFd::as_raw_fd(&file), 0, bytes as libc::off_t)
+        };
         match code {
             0 => break,
             libc::EINTR => {}

@@ -77,7 +77,11 @@ fn plantable() -> Result<Vec<Fault>, String> {
             wrong.push(format!("{}: `{}`: {words}", fault.file.display(), fault.name));
         }
     }
-    if wrong.is_empty() { Ok(faults) } else { Err(format!("not to be planted:\n{}", wrong.join("\n"))) }
+    if wrong.is_empty() {
+        Ok(faults)
+    } else {
+        Err(format!("not to be planted:\n{}", wrong.join("\n")))
+    }
 }
 
 fn check() -> Result<(), String> {
@@ -112,7 +116,8 @@ fn plant(faults: &[Fault]) -> Result<(), String> {
     copy_sources(&tree)?;
     let (mut survived, mut unanswered) = (Vec::new(), Vec::new());
     for fault in faults {
-        let outcome = try_fault(fault, &folder).map_err(|error| format!("`{}`: {error}", fault.name))?;
+        let outcome =
+            try_fault(fault, &folder).map_err(|error| format!("`{}`: {error}", fault.name))?;
         let words = match outcome {
             Outcome::Found(test) => format!("found: {test}"),
             Outcome::Survived => {
