@@ -300,7 +300,8 @@ impl Device {
 
     /// Draws a region of a view of a scene.
     ///
-    /// # Errors When there is no such picture, it was cancelled, the device fails, or memory does
+    /// # Errors
+    /// When there is no such picture, it was cancelled, the device fails, or memory does
     /// not suffice.
     pub fn draw(
         &mut self,

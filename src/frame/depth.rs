@@ -27,7 +27,8 @@ use super::PlaneError;
 /// Distances along the view direction (contract: `t`) of the ids of a region of a view; +infinity
 /// where the id is -1. Distances beyond f32 are [`f32::MAX`]: a hit's is always finite.
 ///
-/// # Errors When the region of the view has no picture, or the ids are not those of this region of
+/// # Errors
+/// When the region of the view has no picture, or the ids are not those of this region of
 /// this view of the scene.
 pub fn depth_plane(
     scene: &Scene,

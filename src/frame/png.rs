@@ -98,7 +98,8 @@ impl<'a, W: Write> PngRows<'a, W> {
 
     /// Takes the ids of the next rows.
     ///
-    /// # Errors The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres,
+    /// # Errors
+    /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres,
     /// a row is not whole, or there are more rows than the region has.
     pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
         self.paint.check(ids).map_err(invalid)?;
@@ -180,7 +181,8 @@ impl<'a, W: Write> PngRows<'a, W> {
 
 /// Writes the picture of a region's ids, as indices of a palette.
 ///
-/// # Errors When there are too many colours, before anything is written; and the writer's, of the
+/// # Errors
+/// When there are too many colours, before anything is written; and the writer's, of the
 /// kind `InvalidInput` when the ids are not those of this region and scene.
 pub fn write_palette_png(
     out: &mut dyn Write,

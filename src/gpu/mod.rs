@@ -257,7 +257,8 @@ impl Gpu {
     /// host again. Where that was a good part of the pixels, the next frames of the same scene are
     /// drawn by the host alone.
     ///
-    /// # Errors When there is no such picture, it was cancelled, the device fails, or memory does
+    /// # Errors
+    /// When there is no such picture, it was cancelled, the device fails, or memory does
     /// not suffice there or here.
     pub fn draw(
         &mut self,

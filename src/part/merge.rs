@@ -233,7 +233,8 @@ impl<'a> Merge<'a> {
     /// Checks that parts fit together in a region: the whole image, or what is given; none for the
     /// least that holds all parts.
     ///
-    /// # Errors When their views differ, when something is held twice or by none, or when they
+    /// # Errors
+    /// When their views differ, when something is held twice or by none, or when they
     /// contradict each other.
     pub fn new(parts: &'a [Part], region: Option<Region>) -> Result<Self, MergeError> {
         let Some(first) = parts.first() else { return Err(MergeError::Nothing) };
