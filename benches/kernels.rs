@@ -7,10 +7,10 @@ use planisphere::{
     bins::{Binner, Entry, KeepAll, Workspace, split},
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::Cpu,
-    exact::decide::{Ball, Tally, Truth},
+    exact::decide::{Tally, Truth},
     frame::{Paint, write_png},
     project::{BATCH, Batch, Projector},
-    scene::{Block, Scene},
+    scene::{Ball, Block, Scene},
     simd,
 };
 

@@ -9,12 +9,15 @@
 
 use std::ops::Range;
 
+use crate::drawing::Met;
 use crate::{
     camera::Region,
     exact::decide::Truth,
+    float::U,
     order::{GROUP, Ordered},
     pool,
-    project::{BATCH, Batch, Projected, Projector, U},
+    project::{BATCH, Batch, Projector},
+    projected::Projected,
     scene::{Block, Scene},
     simd,
 };
@@ -228,23 +231,6 @@ pub struct Lists<I> {
     pub nearest: Vec<f64>,
     /// What was met on the way.
     pub met: Met,
-}
-
-/// What a pass over spheres met.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Met {
-    /// Spheres that a pixel's ray may meet in the clip range, and all of a group that is hidden as
-    /// a whole.
-    pub on_screen: usize,
-    /// Spheres that are in a list, or in several.
-    pub listed: usize,
-}
-
-impl std::ops::AddAssign for Met {
-    fn add_assign(&mut self, other: Self) {
-        self.on_screen += other.on_screen;
-        self.listed += other.listed;
-    }
 }
 
 impl<I> Default for Lists<I> {

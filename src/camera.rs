@@ -320,7 +320,7 @@ impl View {
     /// The ray of pixel (`column`, `row`) in world space, each number within a few units in the
     /// last place.
     pub fn ray(&self, column: u32, row: u32) -> Ray {
-        let axes = crate::exact::axes::Axes::new(&self.camera);
+        let axes = crate::exact::axes::Axes::new(self.camera.view, self.camera.up);
         let [right, up, forward] =
             [axes.right, axes.up, axes.forward].map(crate::exact::axes::Axis::nearest);
         let x = 0.5 * f64::from(self.odd_x(column)) * self.pitch_x.to_f64();

@@ -10,7 +10,8 @@ use std::ops::Range;
 use crate::{
     camera::Projection,
     filter::{BACK, Look, Margins, Row, length},
-    project::{Projected, Projector},
+    project::Projector,
+    projected::Projected,
     scene::Scene,
 };
 

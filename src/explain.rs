@@ -13,6 +13,7 @@ use crate::{
     order,
     project::{BATCH, Batch},
     scene::Scene,
+    text,
 };
 
 /// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene,
@@ -190,15 +191,6 @@ fn in_order(facts: &Facts) -> bool {
         && facts.region.pixels().div_ceil(facts.band) > cpu::BANDS
 }
 
-/// A number with its unit of a thousand, a million or a thousand million bytes.
-pub fn bytes(bytes: u64) -> String {
-    match bytes {
-        0..10_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
-        10_000_000..1_000_000_000 => format!("{} MB", bytes / 1_000_000),
-        _ => format!("{:.1} GB", bytes as f64 / 1e9),
-    }
-}
-
 /// What runs and what does not, in words: a topic, and what there is to say.
 pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
     let Facts { survey, region, image, spheres, .. } = facts;
@@ -247,7 +239,10 @@ pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
         };
         lines.push(("PNG", kind.into()));
     }
-    lines.push(("memory", format!("about {} beyond the scene's own files", bytes(memory(facts)))));
+    lines.push((
+        "memory",
+        format!("about {} beyond the scene's own files", text::bytes(memory(facts))),
+    ));
     lines
 }
 
@@ -356,6 +351,7 @@ mod tests {
     use crate::{
         camera::{Camera, ScreenSize, View},
         scene::Sphere,
+        text,
     };
 
     fn facts() -> Facts {
@@ -504,9 +500,9 @@ mod tests {
             (f.spheres, f.engine) = (100_000_000, Engine::Gpu { software: true, chunk: 1 << 23 })
         });
         assert!(many > 2_800_000_000 && many < 4_000_000_000);
-        assert_eq!(bytes(1_234_567), "1.2 MB");
-        assert_eq!(bytes(123_456_789), "123 MB");
-        assert_eq!(bytes(12_345_678_901), "12.3 GB");
+        assert_eq!(text::bytes(1_234_567), "1.2 MB");
+        assert_eq!(text::bytes(123_456_789), "123 MB");
+        assert_eq!(text::bytes(12_345_678_901), "12.3 GB");
     }
 
     #[test]

@@ -46,7 +46,8 @@
 //! division and a sum with the bound: [`BACK`] is 10 u.
 
 use crate::{
-    project::{FLOOR, Projected, U},
+    float::{FLOOR, U},
+    projected::Projected,
     simd::{Beside, Number},
 };
 

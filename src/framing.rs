@@ -114,7 +114,7 @@ fn distance(camera: &Camera, image: ImageSize, (center, reach): (DVec3, f64), as
 
 /// A screen around a ball, as seen from the camera's origin.
 fn fitted(camera: &Camera, image: ImageSize, (center, reach): (DVec3, f64)) -> ScreenSize {
-    let axes = Axes::new(camera);
+    let axes = Axes::new(camera.view, camera.up);
     let offset = center - camera.origin;
     let half = [axes.right, axes.up].map(Axis::nearest).map(|axis| {
         let aside = offset.dot(axis).abs();

@@ -12,10 +12,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    exact::decide::Ball,
     memory, pair,
     project::BATCH,
-    scene::{Block, Colors, Radii, Reals, Scene},
+    scene::{Ball, Block, Colors, Radii, Reals, Scene},
 };
 
 /// Spheres in a group, at most.

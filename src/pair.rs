@@ -40,9 +40,12 @@
 use glam::DVec3;
 
 use crate::{
-    exact::decide::{Ball, Root},
+    exact::decide::Root,
     filter::{Margins, PLANE, Row, length},
-    project::{FLOOR, Projected, Projector, U},
+    float::{FLOOR, U},
+    project::Projector,
+    projected::Projected,
+    scene::Ball,
     simd::{Lanes, Number},
 };
 

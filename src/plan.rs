@@ -86,10 +86,6 @@ pub const FRESH: u32 = 1 << 31;
 pub const LAST: u32 = 1 << 30;
 /// `NEVER` of `shaders/types.wgsl`.
 pub const NEVER: f32 = 1e36;
-/// `NONE` of `shaders/types.wgsl`.
-pub const NONE: i32 = -1;
-/// `UNDECIDED` of `shaders/types.wgsl`.
-pub const UNDECIDED: i32 = -2;
 
 /// Largest component of a centre in fixed point, as a power of two.
 const CENTER_BITS: i32 = 28;
@@ -239,7 +235,7 @@ impl Eye {
     /// the host must decide all.
     pub fn new(fixed: &Fixed, bounds: &Bounds, view: &View) -> Option<Self> {
         let camera = &view.camera;
-        let axes = Axes::new(camera);
+        let axes = Axes::new(camera.view, camera.up);
         let [right, upward, forward] = [axes.right.high, axes.up.high, axes.forward.high];
         let pitch = [view.pitch_x.to_f64(), view.pitch_y.to_f64()];
         let image = [f64::from(view.image.width), f64::from(view.image.height)];
@@ -728,7 +724,7 @@ mod tests {
                 let Some(eye) = Eye::new(&fixed, &bounds, &view) else { continue };
                 let away =
                     [0, 1, 2].map(|k| Bounded::difference(fixed.middle[k], camera.origin[k]));
-                let axes = Axes::new(&camera);
+                let axes = Axes::new(camera.view, camera.up);
                 for (axis, found) in [
                     (axes.right, eye.middle.x),
                     (axes.up, eye.middle.y),

@@ -1,15 +1,7 @@
 //! Spheres into view space in f64, with bounds: the first half of the filter that both devices
 //! share.
 //!
-//! View space has its origin at the camera, x to the right, y up, z along the view direction;
-//! lengths are world units times a power of two that keeps squares in range (1 unless the scene is
-//! extreme).
-//!
-//! **Position bound.** With u = 2^-53: `f = c - o` is within u |f_k| of the truth, an axis
-//! component within u of itself; with a product and at most two sums, a coordinate is within `5 u
-//! sum |f_k a_k| <= 5 u |f| <= 5 u L`, `L = |x| + |y| + |z|`. [`Projected::bound`] is `P = 8 u (L +
-//! r)`: the rest covers what is done next, as long as that rounds by no more than `3 u L + 8 u r`,
-//! the bound itself included. So `z - r - P` and `z + r + P` bound the depths of a sphere.
+//! View space and the position bound `P` are told in [`crate::projected`].
 //!
 //! **Footprints.** `x -+ (r + 1.5 P)` rounds by `u (|x| + 2 r)`; the factor to pixels and the
 //! product by another `3 u (|x| + r)`: in all 9 u L and 5 u r, for which `1.5 P = 12 u (L + r)` is
@@ -20,6 +12,8 @@
 
 use glam::DVec3;
 
+use crate::float::U;
+use crate::projected::Projected;
 use crate::{
     camera::{Projection, Region, View},
     exact::decide::Truth,
@@ -27,52 +21,12 @@ use crate::{
     scene::{Block, Radii, Reals},
 };
 
-/// Relative bound of view-space coordinates; see the file's head.
-const POSITION: f64 = 8.0 * U;
 /// A footprint is wider than a sphere by this many position bounds, see the file's head.
 pub const REACH: f64 = 1.5;
 /// And by this many pixels.
 pub const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
 /// Bound of the slopes of tangents, see [`slopes`].
 pub const SLOPE: f64 = 12.0 * U;
-/// Half a unit in the last place of 1.
-pub const U: f64 = f64::EPSILON / 2.0;
-/// Covers underflow in squares: what is smaller is in doubt.
-pub const FLOOR: f64 = f64::from_bits((1023 - 960) << 52);
-
-/// A sphere in view space, rounded.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C)]
-pub struct Projected {
-    /// To the right.
-    pub x: f64,
-    /// Up.
-    pub y: f64,
-    /// Depth of the centre.
-    pub z: f64,
-    /// Radius.
-    pub r: f64,
-}
-
-impl Projected {
-    /// Bound of the error of each coordinate.
-    #[inline(always)]
-    pub fn bound(&self) -> f64 {
-        (self.x.abs() + self.y.abs() + self.z.abs() + self.r) * POSITION + FLOOR
-    }
-
-    /// Nothing of the sphere is nearer.
-    #[inline(always)]
-    pub fn nearest(&self) -> f64 {
-        self.z - self.r - self.bound()
-    }
-
-    /// Nothing of the sphere is farther.
-    #[inline(always)]
-    pub fn farthest(&self) -> f64 {
-        self.z + self.r + self.bound()
-    }
-}
 
 /// The camera of a region, rounded to f64.
 pub struct Projector {

@@ -223,6 +223,21 @@ impl Block {
     }
 }
 
+/// Centre and radius of a sphere, world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius.
+    pub radius: f64,
+}
+
+impl From<Sphere> for Ball {
+    fn from(sphere: Sphere) -> Self {
+        Self { center: sphere.center, radius: sphere.radius }
+    }
+}
+
 /// Why numbers are not a scene. `block` counts from 0 in the order given; `index` counts inside the
 /// block.
 #[derive(Debug, thiserror::Error, PartialEq)]

@@ -13,13 +13,14 @@ use std::{marker::PhantomData, ops::Range};
 use crate::{
     camera::Projection,
     cover::BLOCK,
-    exact::decide::{Ball, Hit, Root, Tally, Truth},
+    drawing::Cancel,
+    exact::decide::{Hit, Root, Tally, Truth},
     filter::{BACK, Look, Margins, Row, length},
+    ids::NONE,
     pair::Pair,
-    plan::NONE,
-    project::{Projected, Projector},
-    render::Cancel,
-    scene::Scene,
+    project::Projector,
+    projected::Projected,
+    scene::{Ball, Scene},
     simd::{self, LANES, Lanes},
 };
 
@@ -35,7 +36,7 @@ pub trait Mode: Copy + Send + Sync + 'static {
     /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
     const BOUNDS: bool;
     /// Whether what the bounds leave open is decided; without, such pixels are
-    /// [`crate::plan::UNDECIDED`].
+    /// [`crate::ids::UNDECIDED`].
     const DECIDES: bool;
 }
 

@@ -60,7 +60,7 @@ struct Look {
 
 impl Look {
     fn new(view: &View, region: Region) -> Self {
-        let axes = Axes::new(&view.camera);
+        let axes = Axes::new(view.camera.view, view.camera.up);
         let axes = [axes.right, axes.up, axes.forward].map(Axis::nearest);
         let pitch = [view.pitch_x.to_f64(), view.pitch_y.to_f64()];
         let ImageSize { width, height } = view.image;

@@ -40,10 +40,8 @@ use planisphere::{
         Gpu,
         lists::{Spheres, Wave},
     },
-    plan::{
-        self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, NONE, Segment, TILE, TILE_PIXELS,
-        UNDECIDED,
-    },
+    ids::{NONE, UNDECIDED},
+    plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, Segment, TILE, TILE_PIXELS},
     render::DeviceChoice,
     scene::{Bounds, Scene},
     shader::{FANS, Lanes, PLANES, STATES, Variant},

@@ -23,12 +23,13 @@ use planisphere::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{
         dd::Bounded,
-        decide::{Ball, Root, Truth},
+        decide::{Root, Truth},
     },
     filter::{BACK, Margins, PLANE, Row, length},
     pair::Pair,
-    project::{MARGIN, Projected, Projector, REACH, SLOPE, slopes},
-    scene::{Scene, Sphere},
+    project::{MARGIN, Projector, REACH, SLOPE, slopes},
+    projected::Projected,
+    scene::{Ball, Scene, Sphere},
     simd::{LANES, Lanes},
     tile::{self, Place, Tile},
 };

@@ -9,7 +9,8 @@ use planisphere::{
     cpu::{Cpu, Effort},
     exact::axes::Axes,
     gpu::Gpu,
-    plan::{Limits, NONE, UNDECIDED},
+    ids::{NONE, UNDECIDED},
+    plan::Limits,
     render::DeviceChoice,
     scene::{Scene, Sphere},
     shader::Lanes,
@@ -39,7 +40,7 @@ impl Random {
 /// Nearest sphere at every pixel of the region in f64, which is good enough where the filter
 /// settles generic scenes.
 fn reference(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
-    let axes = Axes::new(&view.camera);
+    let axes = Axes::new(view.camera.view, view.camera.up);
     let [right, up, forward] = [axes.right.high, axes.up.high, axes.forward.high];
     let camera = &view.camera;
     let spheres: Vec<Sphere> = (0..scene.len()).map(|k| scene.sphere(k).unwrap()).collect();

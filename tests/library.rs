@@ -12,8 +12,9 @@ use planisphere::{
     camera::{
         Camera, CameraError, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View, ViewError,
     },
+    drawing::{Cancel, DrawError},
     frame::{Paint, PlaneError, depth_plane, write_f32, write_i32, write_png},
-    render::{Cancel, Device, DeviceChoice, DrawError},
+    render::{Device, DeviceChoice},
     scene::{Scene, Sphere},
 };
 

@@ -101,8 +101,8 @@ fn shared_constants_are_those_of_rust() {
         format!("const NEVER = {:e};", plan::NEVER),
         format!("const NOTHING = {:#x}u;", plan::NEVER.to_bits()),
         format!("const TOGETHER = {TILES_TOGETHER}u;"),
-        format!("const NONE = {};", plan::NONE),
-        format!("const UNDECIDED = {};", plan::UNDECIDED),
+        format!("const NONE = {};", planisphere::ids::NONE),
+        format!("const UNDECIDED = {};", planisphere::ids::UNDECIDED),
     ] {
         assert!(text.contains(&line), "{line}");
     }

@@ -22,12 +22,13 @@ use super::{
 use crate::{
     bins::{Binner, Entry, KeepAll, Workspace, split},
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
-    exact::decide::{Ball, Tally, Truth},
+    drawing::{Counts, Drawing},
+    exact::decide::{Tally, Truth},
     frame,
-    plan::UNDECIDED,
+    ids::UNDECIDED,
     project::Projector,
-    render::{Counts, Device, Drawing},
-    scene::{Scene, Sphere},
+    render::Device,
+    scene::{Ball, Scene, Sphere},
 };
 use glam::DVec3;
 

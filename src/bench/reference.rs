@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use crate::{
     bins::{Binner, Entry, KeepAll, Workspace, split},
     camera::{Projection, Region, View},
-    exact::decide::{Ball, Hit, Tally, Truth},
-    scene::Scene,
+    exact::decide::{Hit, Tally, Truth},
+    scene::{Ball, Scene},
 };
 
 /// log2 of the side of a tile.
@@ -147,7 +147,7 @@ impl Wrong {
         let mut wrong = Self::default();
         for (&id, &truth) in ids.iter().zip(exact) {
             match (id, truth) {
-                _ if id == truth || id == crate::plan::UNDECIDED => {}
+                _ if id == truth || id == crate::ids::UNDECIDED => {}
                 (-1, _) => wrong.missed += 1,
                 (_, -1) => wrong.extra += 1,
                 _ => wrong.swapped += 1,

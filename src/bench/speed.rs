@@ -25,9 +25,10 @@ use super::{
 };
 use crate::{
     camera::{ImageSize, Region, View},
+    drawing::{DrawError, Drawing},
     gpu::{self, naive::Naive},
     litter,
-    render::{Device, DeviceChoice, DeviceError, DrawError, Drawing},
+    render::{Device, DeviceChoice, DeviceError},
 };
 
 /// Why there is no measurement.

@@ -4,9 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
-use super::{Failure, bench::BenchArgs};
+use super::{
+    Failure,
+    bench::BenchArgs,
+    parse::{parse_device, parse_region, parse_size, parse_some},
+};
 use crate::{
-    camera::{ImageSize, MAX_SIDE, Region},
+    camera::{ImageSize, Region},
     output::Target,
     render::DeviceChoice,
 };
@@ -428,54 +432,6 @@ pub(super) enum MakeKind {
     Cloud,
     /// A face-centred cubic lattice of touching spheres
     Lattice,
-}
-
-/// A count such as 1000000 or 1e6.
-pub(super) fn parse_count(text: &str) -> Result<usize, String> {
-    let fix = || "write a number of spheres, such as 1e6".to_string();
-    let value: f64 = text.parse().map_err(|_| fix())?;
-    if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(i32::MAX) {
-        Ok(value as usize)
-    } else {
-        Err(fix())
-    }
-}
-
-/// A count of at least one sphere.
-fn parse_some(text: &str) -> Result<u32, String> {
-    match parse_count(text)? {
-        0 => Err("write a number of spheres from 1 on, such as 1e6".into()),
-        count => Ok(count as u32),
-    }
-}
-
-pub(super) fn parse_size(text: &str) -> Result<ImageSize, String> {
-    let fix = || format!("write width x height in pixels, each 1 to {MAX_SIDE}, such as 1920x1080");
-    let (width, height) = text.split_once(['x', 'X']).ok_or_else(fix)?;
-    let side =
-        |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fix);
-    Ok(ImageSize { width: side(width)?, height: side(height)? })
-}
-
-fn parse_region(text: &str) -> Result<Region, String> {
-    let fix = || "write column,row,width,height in pixels, such as 0,0,640,480".to_string();
-    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
-            Ok(Region { x, y, width, height })
-        }
-        _ => Err(fix()),
-    }
-}
-
-pub(super) fn parse_device(text: &str) -> Result<DeviceChoice, String> {
-    match text.trim().to_ascii_lowercase().as_str() {
-        "auto" => Ok(DeviceChoice::Auto),
-        "gpu" => Ok(DeviceChoice::Gpu),
-        "cpu" => Ok(DeviceChoice::Cpu),
-        "" => Err("write auto, gpu, cpu, or part of an adapter's name".into()),
-        _ => Ok(DeviceChoice::Named(text.into())),
-    }
 }
 
 #[cfg(test)]

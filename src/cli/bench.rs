@@ -6,8 +6,8 @@ use clap::{Args as ClapArgs, Subcommand};
 
 use super::{
     Failure,
-    args::{parse_count, parse_device, parse_size},
     ends::{Ends, stdout_is_open},
+    parse::{parse_count, parse_device, parse_repetitions, parse_size},
     print, say,
 };
 use crate::{
@@ -178,13 +178,6 @@ struct TimeArgs {
     /// The commands, separated by :::
     #[arg(required = true, last = true)]
     commands: Vec<OsString>,
-}
-
-fn parse_repetitions(text: &str) -> Result<usize, String> {
-    text.parse()
-        .ok()
-        .filter(|n| (1..=1000).contains(n))
-        .ok_or_else(|| "write a whole number from 1 to 1000".into())
 }
 
 /// Measures.

@@ -106,8 +106,8 @@ fn fits(facts: &Facts, needed: u64, available: u64) -> Result<(), Failure> {
     Err(Failure::Memory(format!(
         "this picture needs about {} of memory beside the scene, and {} is available; {other}, or \
          free some memory",
-        explain::bytes(needed),
-        explain::bytes(available)
+        text::bytes(needed),
+        text::bytes(available)
     )))
 }
 

@@ -10,6 +10,7 @@ mod explain;
 mod info;
 mod make;
 mod merge;
+mod parse;
 mod planes;
 mod progress;
 mod render;
@@ -35,12 +36,13 @@ use clap::{CommandFactory, Parser};
 
 use crate::{
     bench::speed::BenchError,
+    drawing::DrawError,
     frame::PlaneError,
     litter::Shield,
     load::{ChangedFile, LoadError, Watch},
     output::{OutputError, Target},
     part::merge::MergeError,
-    render::{DeviceError, DrawError},
+    render::DeviceError,
     text,
 };
 

@@ -16,12 +16,13 @@ use super::{
 };
 use crate::{
     camera::{ImageSize, Region, View},
+    drawing::{Counts, Times},
     exact::decide::Truth,
     gpu::adapters::PassedOver,
     load::{self, Copied},
     output,
     part::Meta,
-    render::{Counts, Device, DeviceChoice, Opened, Times},
+    render::{Device, DeviceChoice, Opened},
     text, unseen,
 };
 

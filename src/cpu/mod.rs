@@ -19,14 +19,14 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Binner, Entry, Keep, Met, Window, Workspace, split},
+    bins::{Binner, Entry, Keep, Window, Workspace, split},
     camera::{Region, View},
     cover::{BLOCK, Cover},
+    drawing::{Cancel, DrawError, Drawing, Met},
     exact::decide::Truth,
+    ids::UNDECIDED,
     order::{GROUP, Ordered, is_crowded},
-    plan::UNDECIDED,
     pool,
-    render::{Cancel, DrawError, Drawing},
     scene::Scene,
     tile::{Exact, FilterOnly, Mode, Uncertified},
 };

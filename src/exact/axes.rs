@@ -14,8 +14,6 @@
 use dashu_int::{IBig, Sign, UBig, ops::BitTest, ops::SquareRoot};
 use glam::DVec3;
 
-use crate::camera::Camera;
-
 /// Splits a finite number into `mantissa * 2^exponent` with a mantissa of at most 53 bits; zero
 /// gives (0, `i32::MAX`).
 pub fn split(value: f64) -> (i64, i32) {
@@ -152,10 +150,10 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Of a checked camera.
-    pub fn new(camera: &Camera) -> Self {
-        let d = direction(camera.view);
-        let e = cross(&d, &direction(camera.up));
+    /// Of the view direction and the up of a checked camera.
+    pub fn new(view: DVec3, up: DVec3) -> Self {
+        let d = direction(view);
+        let e = cross(&d, &direction(up));
         let g = cross(&e, &d);
         let (a, b) = (dot(&d, &d), dot(&e, &e));
         assert!(
@@ -191,11 +189,7 @@ mod tests {
                 ([1.0, -2.0, 3.0], DVec3::Z),
                 ([3.0, 4.0, 1.0], DVec3::Y),
             ] {
-                let camera = Camera {
-                    up,
-                    ..Camera::orthographic(DVec3::ZERO, DVec3::from_array(view) * scale)
-                };
-                let axes = Axes::new(&camera);
+                let axes = Axes::new(DVec3::from_array(view) * scale, up);
                 let [u, v, f] = [axes.right, axes.up, axes.forward].map(Axis::nearest);
                 assert!((u.cross(v) + f).length() < 1e-15, "right x up = back");
                 for (a, b, want) in
@@ -220,7 +214,7 @@ mod tests {
         };
         for _ in 0..2000 {
             let view = DVec3::new(random(), random(), random());
-            let axes = Axes::new(&Camera::orthographic(DVec3::ZERO, view));
+            let axes = Axes::new(view, DVec3::Z);
             for (axis, n, square) in [
                 (axes.right, &axes.e, axes.b.clone()),
                 (axes.up, &axes.g, &axes.a * &axes.b),

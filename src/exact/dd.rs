@@ -8,14 +8,14 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// Half a unit in the last place of 1.
-const U: f64 = f64::EPSILON / 2.0;
+use crate::float::{FLOOR, U};
+
 /// Bound of the relative error of a sum of pairs.
 const SUM: f64 = 3.0 * U * U;
 /// Bound of the relative error of a product of pairs, of a quotient and of a square root.
 const PRODUCT: f64 = 5.0 * U * U;
 /// Bound of the absolute error of one operation that underflows.
-const ABSOLUTE: f64 = f64::from_bits((1023 - 960) << 52);
+const ABSOLUTE: f64 = FLOOR;
 /// Covers the roundings of a bound made of at most 16 operations.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 

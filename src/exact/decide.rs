@@ -29,7 +29,6 @@ use dashu_int::{
     IBig, UBig,
     ops::{Abs, SquareRoot},
 };
-use glam::DVec3;
 
 use super::{
     axes::{Axes, Axis, dot, integer, least_exponent},
@@ -38,25 +37,11 @@ use super::{
     field::{Element, Field, sign_of},
     small,
 };
+use crate::scene::Ball;
 use crate::{
     camera::{Pitch, Projection, View},
-    scene::{Bounds, Sphere},
+    scene::Bounds,
 };
-
-/// Centre and radius of a sphere, world units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball {
-    /// Centre.
-    pub center: DVec3,
-    /// Radius.
-    pub radius: f64,
-}
-
-impl From<Sphere> for Ball {
-    fn from(sphere: Sphere) -> Self {
-        Self { center: sphere.center, radius: sphere.radius }
-    }
-}
 
 /// Which of a ray's two meetings with a sphere is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,7 +126,7 @@ fn gcd(a: u64, b: u64) -> u64 {
 impl Truth {
     /// For a view of spheres inside `bounds`.
     pub fn new(view: &View, bounds: Bounds) -> Self {
-        let axes = Axes::new(&view.camera);
+        let axes = Axes::new(view.camera.view, view.camera.up);
         let field = Field::new(&axes.a, &axes.b);
         let extent = [bounds.min_center, bounds.max_center, view.camera.origin]
             .map(|v| v.abs().max_element());
@@ -666,6 +651,8 @@ impl Truth {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::camera::{Camera, ImageSize, ScreenSize};
 

@@ -8,8 +8,9 @@
 
 use dashu_int::IBig;
 
-use super::{axes, decide::Ball};
+use super::axes;
 use crate::camera::View;
+use crate::scene::Ball;
 
 /// How many bits below the largest length of a scene the unit lies.
 const BITS: i32 = 36;

@@ -16,10 +16,11 @@ use rayon::prelude::*;
 
 use crate::{
     camera::{Projection, Region, View},
-    exact::decide::{Ball, Pixel, Tally, Truth},
+    exact::decide::{Pixel, Tally, Truth},
     filter::{BACK, Look, Margins, Row, Screen, length},
-    project::{Projected, Projector},
-    scene::Scene,
+    project::Projector,
+    projected::Projected,
+    scene::{Ball, Scene},
 };
 
 use super::PlaneError;

@@ -21,10 +21,13 @@ use super::{
 };
 use crate::{
     camera::Region,
-    exact::decide::{Ball, Tally},
-    plan::{NONE, TILE},
-    project::{Projected, Projector},
-    render::Cancel,
+    drawing::Cancel,
+    exact::decide::Tally,
+    ids::NONE,
+    plan::TILE,
+    project::Projector,
+    projected::Projected,
+    scene::Ball,
     simd::{LANES, Lanes},
     tile::{self, Exact, Place, Tile},
 };

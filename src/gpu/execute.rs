@@ -14,9 +14,10 @@ use super::{
 };
 use crate::{
     camera::Region,
-    plan::{self, Band, Eye, FRESH, LAST, NONE, Pass, Segment, TILE, TILE_PIXELS, UNDECIDED},
+    drawing::DrawError,
+    ids::{NONE, UNDECIDED},
+    plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS},
     pool,
-    render::DrawError,
     shader::{FANS, Lanes, PLANES, STATES, TILES_TOGETHER, Variant},
     simd,
 };

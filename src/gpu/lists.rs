@@ -3,14 +3,16 @@
 use std::{ops::Range, sync::Arc};
 
 use crate::{
-    bins::{self, Binner, Item, Keep, Met, Window, Workspace, split, split_groups},
+    bins::{self, Binner, Item, Keep, Window, Workspace, split, split_groups},
     camera::Region,
     cover::Cover,
-    exact::decide::{Ball, Truth},
+    drawing::Met,
+    exact::decide::Truth,
     order::Ordered,
     plan::{Lists, TILE},
-    project::{Projected, Projector},
-    scene::Scene,
+    project::Projector,
+    projected::Projected,
+    scene::{Ball, Scene},
     simd,
 };
 

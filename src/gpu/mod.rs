@@ -25,16 +25,18 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Keep, KeepAll, Met},
+    bins::{Keep, KeepAll},
     camera::{Region, View},
     cover::Cover,
     cpu::{Cpu, Effort},
+    drawing::{Cancel, DrawError, Drawing, Met},
     exact::decide::{Tally, Truth},
+    ids::{NONE, UNDECIDED},
     order::Ordered,
-    plan::{self, Band, Eye, Fixed, Limits, NONE, TILE, TILE_PIXELS, UNDECIDED},
+    plan::{self, Band, Eye, Fixed, Limits, TILE, TILE_PIXELS},
     pool,
     project::Projector,
-    render::{Cancel, DeviceChoice, DeviceError, DrawError, Drawing},
+    render::{DeviceChoice, DeviceError},
     scene::Scene,
     shader::{FEW, Lanes},
     tile::Exact,

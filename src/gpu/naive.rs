@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::{Gpu, memory::Growing};
 use crate::{
     camera::{Projection, Region, View},
-    render::DrawError,
+    drawing::DrawError,
     scene::Scene,
 };
 

@@ -16,8 +16,9 @@ use super::{
     mapped::{Mapped, OpenError, ReadError, SMALL, open_regular, read_at, read_whole},
     npy::{self, BEGINNING, Descr, Field, Header, Kind, Number, Refused},
 };
+use crate::text;
 use crate::{
-    explain, memory,
+    memory,
     scene::{Column, Reals},
 };
 
@@ -893,10 +894,9 @@ fn shown(number: Number, bytes: &[u8]) -> String {
 
 /// A copy would need more memory than there is.
 fn no_room(why: &str, bytes: usize, available: Option<u64>, to: &str) -> Refused {
-    let needed = explain::bytes(bytes as u64);
-    let there = available.map_or("it cannot be had".into(), |bytes| {
-        format!("{} is available", explain::bytes(bytes))
-    });
+    let needed = text::bytes(bytes as u64);
+    let there = available
+        .map_or("it cannot be had".into(), |bytes| format!("{} is available", text::bytes(bytes)));
     Refused::new(
         format!("is copied to be read ({why}), which takes {needed} of memory, and {there}"),
         format!(

@@ -1,7 +1,6 @@
 //! Colours as strings: `#rrggbb`, `#rgb`, and the names of CSS (Level 4, all 148) in any case.
 
-use super::document::distance;
-use crate::text;
+use crate::text::{self, distance};
 
 /// CSS Color Module Level 4, section 6.1, in alphabetical order.
 #[rustfmt::skip]

@@ -233,7 +233,7 @@ fn meant<'k>(section: &str, found: &str, known: &[&'k str]) -> Option<&'k str> {
     if found.len() > 40 {
         return None;
     }
-    let (steps, like) = known.iter().map(|key| (distance(found, key), *key)).min()?;
+    let (steps, like) = known.iter().map(|key| (text::distance(found, key), *key)).min()?;
     (steps <= 1 + like.len() / 3).then_some(like)
 }
 
@@ -262,27 +262,6 @@ fn unknown_key(name: &str, key: &Spanned<DeString>, known: &[&str]) -> Fault {
     };
     let inside = if name.is_empty() { String::new() } else { format!(" in {name}") };
     Fault::new(format!("unknown key `{}`{inside}", text::value(found)), key.span(), "unknown", fix)
-}
-
-/// Number of letters to insert, remove, replace or swap with their neighbour to get from one word
-/// to the other.
-pub(super) fn distance(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
-    // Row i holds the distances of a[..i] from every start of b; the last three rows are kept.
-    let mut rows = [vec![0; b.len() + 1], vec![0; b.len() + 1], (0..=b.len()).collect::<Vec<_>>()];
-    for i in 1..=a.len() {
-        rows.rotate_left(1);
-        rows[2][0] = i;
-        for j in 1..=b.len() {
-            let replaced = rows[1][j - 1] + usize::from(!a[i - 1].eq_ignore_ascii_case(&b[j - 1]));
-            let mut least = replaced.min(rows[1][j] + 1).min(rows[2][j - 1] + 1);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                least = least.min(rows[0][j - 2] + 1);
-            }
-            rows[2][j] = least;
-        }
-    }
-    rows[2][b.len()]
 }
 
 /// What a value is, for people.
@@ -430,16 +409,6 @@ pub(super) fn color(key: &str, value: &Value) -> Result<[u8; 3], Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn distances_of_words() {
-        let cases =
-            [("colour", "color", 1), ("centre", "center", 1), ("fra", "far", 1), ("", "far", 3)];
-        for (a, b, wanted) in cases {
-            assert_eq!((distance(a, b), distance(b, a)), (wanted, wanted), "{a} {b}");
-        }
-        assert_eq!(distance("radius", "radius"), 0);
-    }
 
     #[test]
     fn words_of_others_are_understood() {

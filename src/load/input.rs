@@ -10,7 +10,8 @@ use super::{
     mapped::{OpenError, open_at_once, special},
     npy::Refused,
 };
-use crate::{explain, memory};
+use crate::memory;
+use crate::text;
 
 /// Bytes of a scene's text, at most: some ten million spheres. Arrays are for more.
 const LONGEST: usize = 1 << 30;
@@ -61,7 +62,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
 
 fn too_long() -> Refused {
     Refused::new(
-        format!("is longer than {}", explain::bytes(LONGEST as u64)),
+        format!("is longer than {}", text::bytes(LONGEST as u64)),
         "put the spheres into arrays ([[spheres]], centers = \"centers.npy\"), which have no such \
          limit",
     )
@@ -83,10 +84,10 @@ fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
             let length = text.len() as u64;
             let no_room = |available: Option<u64>| {
                 let there = available.map_or(String::new(), |bytes| {
-                    format!(", and {} is available", explain::bytes(bytes))
+                    format!(", and {} is available", text::bytes(bytes))
                 });
                 let words =
-                    format!("takes more than {} of memory to read{there}", explain::bytes(length));
+                    format!("takes more than {} of memory to read{there}", text::bytes(length));
                 Refused::new(
                     words,
                     "free some memory, or put the spheres into arrays, which are not copied",

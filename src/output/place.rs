@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::OutputError;
+use super::error::OutputError;
 use crate::identity::Identity;
 
 /// What a target's name leads to.

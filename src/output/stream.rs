@@ -7,7 +7,7 @@ use std::{
     sync::atomic::{AtomicU8, Ordering::Relaxed},
 };
 
-use super::OutputError;
+use super::error::OutputError;
 use crate::identity::Identity;
 
 /// Bit k: descriptor k was closed when the process began. Rust's runtime then opens `/dev/null` in
@@ -23,24 +23,6 @@ pub fn were_closed(streams: [bool; 3]) {
 
 fn was_closed(number: i32) -> bool {
     (0..3).contains(&number) && CLOSED.load(Relaxed) >> number & 1 == 1
-}
-
-/// A descriptor in words.
-pub(super) fn words(number: i32) -> String {
-    match number {
-        0 => "standard input".into(),
-        1 => "standard output".into(),
-        2 => "standard error".into(),
-        other => format!("descriptor {other}"),
-    }
-}
-
-/// What in a shell opens it.
-pub(super) fn opened(number: i32) -> String {
-    match number {
-        1 => "leave out >&-, or add >FILE".into(),
-        other => format!("add {other}>FILE"),
-    }
 }
 
 /// Refuses a descriptor that is closed, or that nothing can be written to.

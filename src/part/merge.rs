@@ -20,10 +20,10 @@ use rayon::prelude::*;
 use super::{Meta, Part, Pixel};
 use crate::{
     camera::{Region, ScreenSize},
-    exact::decide::{Ball, Hit, Tally, Truth},
+    exact::decide::{Hit, Tally, Truth},
     frame::{Lens, Shown},
     project::{BATCH, Batch, Projector},
-    scene::{Block, Bounds, Colors, Radii, Reals, Scene, SceneError, Sphere},
+    scene::{Ball, Block, Bounds, Colors, Radii, Reals, Scene, SceneError, Sphere},
 };
 
 /// Why parts cannot be merged.

@@ -20,9 +20,10 @@ use rayon::prelude::*;
 
 use crate::{
     camera::{Region, View},
+    drawing::{Cancel, DrawError},
     frame::Paint,
     load::Loaded,
-    render::{Cancel, Device, DrawError},
+    render::Device,
 };
 
 /// How long a thread is waited for at the end; without a picture under way it ends at once.

@@ -31,11 +31,7 @@ use winit::{
 
 pub use keys::KEYS;
 
-use crate::{
-    camera::ImageSize,
-    load::Loaded,
-    render::{Device, DrawError},
-};
+use crate::{camera::ImageSize, drawing::DrawError, load::Loaded, render::Device};
 
 /// What is left without a display.
 const FIX: &str = "use `planisphere render`, which draws into a file and needs no display";

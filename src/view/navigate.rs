@@ -32,7 +32,7 @@ struct Frame {
 
 impl Frame {
     fn of(camera: &Camera) -> Self {
-        let axes = Axes::new(camera);
+        let axes = Axes::new(camera.view, camera.up);
         let [right, up, forward] = [axes.right, axes.up, axes.forward].map(Axis::nearest);
         Self { right, up, forward }
     }
