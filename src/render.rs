@@ -1,12 +1,14 @@
 //! A device draws a scene: the one entry for every caller.
 
+use std::time::Instant;
+
 use crate::{
     camera::{Region, View},
-    cpu::Cpu,
+    cpu::{self, Cpu},
     drawing::{Cancel, DrawError, Drawing},
     gpu::{
-        Gpu,
-        adapters::{self, PassedOver},
+        self, Answer, Gpu,
+        adapters::{self, AdapterChoice, NoAdapter, PassedOver},
     },
     scene::Scene,
 };
@@ -32,12 +34,112 @@ pub enum DeviceError {
     NoAdapter(String),
 }
 
+impl From<NoAdapter> for DeviceError {
+    fn from(NoAdapter(words): NoAdapter) -> Self {
+        Self::NoAdapter(words)
+    }
+}
+
 /// An opened device.
 pub enum Device {
     /// The native path.
     Cpu(Box<Cpu>),
-    /// wgpu on any adapter.
-    Gpu(Box<Gpu>),
+    /// wgpu on any adapter, and the native path for what it leaves.
+    Gpu(Box<Hybrid>),
+}
+
+/// Frames of a scene that a GPU is not asked for after one of which it left all to the CPU.
+pub const REST: usize = 15;
+
+/// A GPU, and the CPU for what the GPU cannot draw or had better not: scenes whose numbers it cannot
+/// hold, and pictures in which nearly every pixel is hard.
+pub struct Hybrid {
+    /// The GPU.
+    pub gpu: Gpu,
+    cpu: Cpu,
+    cancel: Cancel,
+    effort: cpu::Effort,
+    /// How many frames the GPU rests after one that it left to the CPU.
+    rest: usize,
+    /// How many of them are left.
+    resting: usize,
+    /// [`Scene::identity`] of what was drawn last.
+    drawn: Option<u64>,
+}
+
+impl Hybrid {
+    /// With an opened GPU.
+    pub fn new(gpu: Gpu) -> Self {
+        let effort = cpu::Effort { order: gpu::Effort::default().order, ..cpu::Effort::default() };
+        let cpu = Cpu::with(effort);
+        Self { gpu, cpu, cancel: Cancel::new(), effort, rest: REST, resting: 0, drawn: None }
+    }
+
+    /// With other thresholds, to test that they do not show.
+    pub fn set_effort(&mut self, gpu: gpu::Effort, cpu: cpu::Effort, rest: usize) {
+        self.gpu.set_effort(gpu);
+        (self.effort, self.rest, self.drawn) = (cpu, rest, None);
+    }
+
+    /// Drawings end when this is cancelled.
+    pub fn cancel_on(&mut self, cancel: &Cancel) {
+        self.cancel = cancel.clone();
+        self.cpu.cancel_on(cancel);
+        self.gpu.cancel_on(cancel);
+    }
+
+    /// Draws a region of a view of a scene. After a picture that the GPU left to the CPU as a whole,
+    /// the next frames of the same scene are drawn by the CPU alone.
+    ///
+    /// # Errors
+    /// As [`Device::draw`].
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
+        if self.drawn != Some(scene.identity()) {
+            (self.cpu, self.resting) = (Cpu::with(self.effort), 0);
+            self.cpu.cancel_on(&self.cancel);
+            self.drawn = Some(scene.identity());
+        }
+        if self.resting > 0 {
+            self.resting -= 1;
+            return self.draw_on_host(scene, view, region);
+        }
+        let (mut drawing, left) = match self.gpu.draw(scene, view, region)? {
+            Answer::Drawn(drawing, left) => (drawing, left),
+            Answer::Unfit => return self.draw_on_host(scene, view, region),
+        };
+        if left == [region] {
+            self.resting = self.rest;
+        }
+        for band in left {
+            let begin = Instant::now();
+            let part = self.draw_on_host(scene, view, band)?;
+            let first = (band.y - region.y) as usize * region.width as usize;
+            drawing.ids[first..first + part.ids.len()].copy_from_slice(&part.ids);
+            drawing.counts.exact += part.counts.exact;
+            drawing.times.decide += begin.elapsed().as_secs_f64() * 1e3;
+        }
+        Ok(drawing)
+    }
+
+    /// All pixels of a region by the CPU.
+    fn draw_on_host(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
+        if let Some(ordered) = self.gpu.ordered() {
+            self.cpu.adopt(scene, ordered);
+        }
+        let mut drawing = self.cpu.draw(scene, view, region)?;
+        drawing.counts.undecided = region.pixels();
+        Ok(drawing)
+    }
 }
 
 /// A device that was opened, and why this one.
@@ -88,32 +190,34 @@ impl Device {
                 passed_over: Vec::new(),
             }),
             DeviceChoice::Auto => {
-                let (gpu, passed_over) = Gpu::open_telling(choice);
+                let (gpu, passed_over) = Gpu::open_telling(&AdapterChoice::Hardware);
                 let nodes = if gpu.is_none() { adapters::nodes() } else { Vec::new() };
                 let why =
                     adapters::why_auto(gpu.is_some(), &passed_over, &nodes, drivers.as_deref());
-                Ok(Opened {
-                    device: gpu.map_or_else(cpu, |gpu| Self::Gpu(Box::new(gpu))),
-                    why,
-                    passed_over,
-                })
+                Ok(Opened { device: gpu.map_or_else(cpu, Self::of), why, passed_over })
             }
-            DeviceChoice::Gpu | DeviceChoice::Named(_) => {
-                let (gpu, passed_over) = Gpu::open_telling(choice);
-                let Some(gpu) = gpu else {
-                    return Err(adapters::none(choice, &passed_over, drivers.as_deref()));
-                };
-                let why = adapters::why_asked(&passed_over).unwrap_or_else(|| AS_ASKED.into());
-                Ok(Opened { device: Self::Gpu(Box::new(gpu)), why, passed_over })
-            }
+            DeviceChoice::Gpu => Self::open_adapter(&AdapterChoice::Any),
+            DeviceChoice::Named(name) => Self::open_adapter(&AdapterChoice::Named(name.clone())),
         }
+    }
+
+    fn open_adapter(choice: &AdapterChoice) -> Result<Opened, DeviceError> {
+        let (gpu, passed_over) = Gpu::open_telling(choice);
+        let drivers = adapters::named_drivers();
+        let gpu = gpu.ok_or_else(|| adapters::none(choice, &passed_over, drivers.as_deref()))?;
+        let why = adapters::why_asked(&passed_over).unwrap_or_else(|| AS_ASKED.into());
+        Ok(Opened { device: Self::of(gpu), why, passed_over })
+    }
+
+    fn of(gpu: Gpu) -> Self {
+        Self::Gpu(Box::new(Hybrid::new(gpu)))
     }
 
     /// The device in words, for people.
     pub fn description(&self) -> String {
         match self {
             Self::Cpu(_) => "cpu".into(),
-            Self::Gpu(gpu) => gpu.description(),
+            Self::Gpu(hybrid) => hybrid.gpu.description(),
         }
     }
 
@@ -121,7 +225,7 @@ impl Device {
     pub fn cancel_on(&mut self, cancel: &Cancel) {
         match self {
             Self::Cpu(cpu) => cpu.cancel_on(cancel),
-            Self::Gpu(gpu) => gpu.cancel_on(cancel),
+            Self::Gpu(hybrid) => hybrid.cancel_on(cancel),
         }
     }
 
@@ -138,7 +242,7 @@ impl Device {
     ) -> Result<Drawing, DrawError> {
         match self {
             Self::Cpu(cpu) => cpu.draw(scene, view, region),
-            Self::Gpu(gpu) => gpu.draw(scene, view, region),
+            Self::Gpu(hybrid) => hybrid.draw(scene, view, region),
         }
     }
 }

@@ -36,13 +36,13 @@ use planisphere::{
     bins::KeepAll,
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{dd::Bounded, decide::Truth},
+    gpu::adapters::AdapterChoice,
     gpu::{
         Gpu,
         lists::{Spheres, Wave},
     },
     ids::{NONE, UNDECIDED},
     plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, Segment, TILE, TILE_PIXELS},
-    render::DeviceChoice,
     scene::{Bounds, Scene},
     shader::{FANS, Lanes, PLANES, STATES, Variant},
 };
@@ -204,7 +204,7 @@ const SMALL: Limits = Limits { round: 1, ..ALL };
 /// included: so it is the shaders that it runs.
 #[test]
 fn the_emulator_is_the_device() {
-    let mut gpu = Gpu::open(&DeviceChoice::Gpu).unwrap_or_else(|error| panic!("{error}"));
+    let mut gpu = Gpu::open(&AdapterChoice::Any).unwrap_or_else(|error| panic!("{error}"));
     assert!(gpu.set_lanes(Lanes::Alone));
     let mut compared = 0;
     for case in corpus::corpus().into_iter().step_by(9) {

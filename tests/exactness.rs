@@ -24,6 +24,7 @@ use planisphere::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::{Cpu, Effort},
     frame::depth_plane,
+    gpu::Effort as GpuEffort,
     render::{Device, DeviceChoice},
     scene::{Block, Scene, Sphere},
 };
@@ -69,7 +70,7 @@ struct Drawer {
 
 /// Opens a device that must be there.
 fn open(choice: Choice) -> Drawer {
-    let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16, few: 0, rest: 0 };
+    let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16 };
     let device = match choice {
         Choice::Cpu => Device::open(&DeviceChoice::Cpu),
         Choice::Skipping => Ok(Device::Cpu(Box::new(Cpu::with(effort)))),
@@ -88,8 +89,9 @@ fn open(choice: Choice) -> Drawer {
         "{choice:?} gave {}",
         device.description()
     );
-    if let (Device::Gpu(gpu), Choice::GpuSkipping) = (&mut device, choice) {
-        gpu.set_effort(effort);
+    if let (Device::Gpu(hybrid), Choice::GpuSkipping) = (&mut device, choice) {
+        let small = GpuEffort { order: 0, cover: 0, few: 0 };
+        hybrid.set_effort(small, effort, 0);
     }
     Drawer { device, twice: choice == Choice::Skipping }
 }

@@ -6,12 +6,12 @@ use std::ops::Range;
 use glam::DVec3;
 use planisphere::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
-    cpu::{Cpu, Effort},
+    cpu::{self, Cpu},
     exact::axes::Axes,
-    gpu::Gpu,
+    gpu::{self, Gpu, adapters::AdapterChoice},
     ids::{NONE, UNDECIDED},
     plan::Limits,
-    render::DeviceChoice,
+    render::{Hybrid, REST},
     scene::{Scene, Sphere},
     shader::Lanes,
 };
@@ -86,7 +86,7 @@ fn reference(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
 /// cannot load one takes another without a word.
 #[test]
 fn the_adapter_is_the_expected_one() {
-    let name = gpu().description();
+    let name = gpu().gpu.description();
     match std::env::var("PLANISPHERE_EXPECT_ADAPTER") {
         Ok(part) => assert!(name.contains(&part), "the GPU is {name}, not {part}"),
         Err(_) => assert!(!name.is_empty(), "every adapter has a name"),
@@ -94,12 +94,18 @@ fn the_adapter_is_the_expected_one() {
     println!("GPU tests run on {name}");
 }
 
-fn gpu() -> Gpu {
-    Gpu::open(&DeviceChoice::Gpu).unwrap_or_else(|error| panic!("{error}"))
+fn gpu() -> Hybrid {
+    Hybrid::new(Gpu::open(&AdapterChoice::Any).unwrap_or_else(|error| panic!("{error}")))
 }
 
-fn draw(gpu: &mut Gpu, scene: &Scene, view: &View, region: Region) -> Vec<i32> {
-    gpu.draw_filter(scene, view, region).unwrap().ids
+/// With thresholds for the GPU, and the same for the CPU.
+fn set_effort(hybrid: &mut Hybrid, order: usize, cover: usize) {
+    let cpu = cpu::Effort { order, cover, ..cpu::Effort::default() };
+    hybrid.set_effort(gpu::Effort { order, cover, few: 0 }, cpu, REST);
+}
+
+fn draw(gpu: &mut Hybrid, scene: &Scene, view: &View, region: Region) -> Vec<i32> {
+    gpu.gpu.draw_filter(scene, view, region).unwrap().ids
 }
 
 /// Settled pixels are right; at most `share` of them are left over.
@@ -130,7 +136,7 @@ fn check(what: &str, ids: &[i32], reference: &[i32], width: u32, share: f64) {
 
 /// On all kernels: what the filter settles is right, at most `share` is left over, and the whole
 /// picture is right.
-fn check_whole(gpu: &mut Gpu, what: &str, scene: &Scene, view: &View, share: f64) {
+fn check_whole(gpu: &mut Hybrid, what: &str, scene: &Scene, view: &View, share: f64) {
     let region = Region::whole(view.image);
     let want = reference(scene, view, region);
     both_lanes(gpu, |gpu, lanes| {
@@ -165,16 +171,16 @@ fn camera(offset: f64, projection: Projection) -> Camera {
 
 const IMAGE: ImageSize = ImageSize { width: 203, height: 149 };
 
-fn both_lanes(gpu: &mut Gpu, mut test: impl FnMut(&mut Gpu, &str)) {
+fn both_lanes(gpu: &mut Hybrid, mut test: impl FnMut(&mut Hybrid, &str)) {
     test(gpu, "portable");
-    if gpu.set_lanes(Lanes::Eight) {
+    if gpu.gpu.set_lanes(Lanes::Eight) {
         test(gpu, "subgroup8");
     }
 }
 
-fn portable() -> Gpu {
+fn portable() -> Hybrid {
     let mut gpu = gpu();
-    assert!(gpu.set_lanes(Lanes::Alone));
+    assert!(gpu.gpu.set_lanes(Lanes::Alone));
     gpu
 }
 
@@ -303,8 +309,8 @@ fn chunks_rounds_windows_batches_and_regions_do_not_show() {
                 ),
                 (77, Limits { wave: 300, entries: 777, tiles: 20, few: 0, worth: 0, round: 7 }),
             ] {
-                gpu.shrink(chunk, 7, limits);
-                gpu.set_effort(Effort { order: 0, cover: 0, few: 0, ..Effort::default() });
+                gpu.gpu.shrink(chunk, 7, limits);
+                set_effort(gpu, 0, 0);
                 let ids = draw(gpu, &scene, &view, region);
                 check(
                     &format!("{projection:?}, {lanes}, {limits:?}"),
@@ -351,9 +357,9 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
             assert!(want.iter().filter(|&&id| id == large).count() > 300, "both are seen");
         }
         let mut drawings = Vec::new();
-        for order in [Effort::default().order, 0] {
+        for order in [cpu::Effort::default().order, 0] {
             let mut gpu = portable();
-            gpu.set_effort(Effort { order, few: 0, ..Effort::default() });
+            set_effort(&mut gpu, order, gpu::Effort::default().cover);
             both_lanes(&mut gpu, |gpu, lanes| {
                 let drawing = gpu.draw(&scene, &view, region).unwrap();
                 assert!(
@@ -365,8 +371,8 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
                 drawings.push(drawing);
             });
             // In several waves nobody knows what a tile's last list will be.
-            let (chunk, limits) = gpu.capacity();
-            gpu.shrink(chunk, u32::MAX, Limits { wave: 1000, ..limits });
+            let (chunk, limits) = gpu.gpu.capacity();
+            gpu.gpu.shrink(chunk, u32::MAX, Limits { wave: 1000, ..limits });
             assert_eq!(
                 gpu.draw(&scene, &view, region).unwrap().ids,
                 want,
@@ -406,11 +412,11 @@ fn a_sphere_behind_all_else_is_seen_wherever_nothing_else_is() {
     let region = Region::whole(image);
     let want = reference(&scene, &view, region);
     assert!(want.contains(&0) && want.iter().all(|&id| id >= 0), "it is seen, and covers all");
-    for order in [Effort::default().order, 0] {
+    for order in [cpu::Effort::default().order, 0] {
         let mut gpu = portable();
-        gpu.set_effort(Effort { order, cover: 0, few: 0, ..Effort::default() });
+        set_effort(&mut gpu, order, 0);
         both_lanes(&mut gpu, |gpu, lanes| {
-            let left = gpu.draw_filter(&scene, &view, region).unwrap().ids;
+            let left = gpu.gpu.draw_filter(&scene, &view, region).unwrap().ids;
             let open =
                 left.iter().zip(&want).filter(|&(&id, &want)| id == UNDECIDED && want == 0).count();
             assert!(open > 20, "{lanes}: it is left to the host: {open}");
@@ -434,13 +440,13 @@ fn a_device_that_leaves_most_over_is_not_asked_each_time() {
     let region = Region::whole(IMAGE);
     let mut gpu = portable();
     let mut dispatches = |scene: &Scene| {
-        let before = gpu.activity().1;
+        let before = gpu.gpu.activity().1;
         let ids = gpu.draw(scene, &view, region).unwrap().ids;
         assert!(ids == Cpu::default().draw(scene, &view, region).unwrap().ids);
-        gpu.activity().1 - before
+        gpu.gpu.activity().1 - before
     };
     assert!(dispatches(&hard) > 0, "the first time it is asked");
-    let rest = Effort::default().rest;
+    let rest = REST;
     assert!((0..rest).all(|_| dispatches(&hard) == 0), "then the host draws alone");
     assert!(dispatches(&hard) > 0, "and after a while it is tried again");
     assert!(dispatches(&easy) > 0 && dispatches(&easy) > 0, "another scene is another matter");
@@ -633,6 +639,6 @@ fn spheres_are_sent_once() {
             ..camera(0.0, Projection::Orthographic)
         };
         gpu.draw(&scene, &View::new(camera, IMAGE), Region::whole(IMAGE)).unwrap();
-        assert_eq!(gpu.activity().0, 16_000, "bytes sent by picture {step}");
+        assert_eq!(gpu.gpu.activity().0, 16_000, "bytes sent by picture {step}");
     }
 }

@@ -353,13 +353,16 @@ fn draw(
         (Method::Shifted, _) => return Ok(inexact(Formula::Shifted)),
         (Method::Uncertified, Device::Cpu(cpu)) => cpu.draw_uncertified(scene, view, region)?,
         (Method::FilterOnly, Device::Cpu(cpu)) => cpu.draw_filter_only(scene, view, region)?,
-        (Method::Uncertified, Device::Gpu(gpu)) => {
-            gpu.set_certain(false);
-            let drawing = gpu.draw(scene, view, region);
-            gpu.set_certain(true);
-            drawing?
+        (Method::Uncertified, Device::Gpu(hybrid)) => {
+            hybrid.gpu.set_certain(false);
+            let answer = hybrid.gpu.draw(scene, view, region);
+            hybrid.gpu.set_certain(true);
+            match answer?.drawing() {
+                Some(drawing) => drawing,
+                None => hybrid.draw(scene, view, region)?,
+            }
         }
-        (Method::FilterOnly, Device::Gpu(gpu)) => gpu.draw_filter(scene, view, region)?,
+        (Method::FilterOnly, Device::Gpu(hybrid)) => hybrid.gpu.draw_filter(scene, view, region)?,
         (_, device) => device.draw(scene, view, region)?,
     };
     let Drawing { ids, counts, .. } = drawing;

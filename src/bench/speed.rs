@@ -789,7 +789,8 @@ impl Baseline {
         view: &View,
         exact: Option<&[i32]>,
     ) -> Result<(), BenchError> {
-        let Some(Device::Gpu(gpu)) = &mut frames.device else { return Ok(()) };
+        let Some(Device::Gpu(hybrid)) = &mut frames.device else { return Ok(()) };
+        let gpu = &mut hybrid.gpu;
         if self.plain.is_none() {
             let mut naive = Naive::new(gpu);
             // Compiles, and sends the spheres; a small picture, as the loop is slow.

@@ -204,10 +204,11 @@ fn contenders(device: Option<DeviceChoice>) -> Result<Vec<Contender>, Failure> {
 }
 
 fn open(choice: &DeviceChoice) -> Result<(), Failure> {
-    if let Device::Gpu(mut gpu) = Device::open(choice)? {
+    if let Device::Gpu(mut hybrid) = Device::open(choice)? {
+        let gpu = &mut hybrid.gpu;
         let image = ImageSize { width: 8, height: 8 };
         let made = Recipe::new(Kind::Uniform, 1).make(image);
-        Naive::new(&gpu).draw(&mut gpu, &made.scene, &View::new(made.camera, image))?;
+        Naive::new(gpu).draw(gpu, &made.scene, &View::new(made.camera, image))?;
     }
     Ok(())
 }

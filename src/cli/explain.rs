@@ -40,7 +40,8 @@ pub(super) fn facts(
             };
             (engine, 1 << cpu::shift(region), [cpu::WAVE, CPU_ENTRY], cpu::BAND)
         }
-        Device::Gpu(gpu) => {
+        Device::Gpu(hybrid) => {
+            let gpu = &hybrid.gpu;
             let (chunk, limits) = gpu.capacity();
             let engine = Engine::Gpu { software: gpu.is_software(), chunk };
             (engine, plan::TILE, [limits.wave, GPU_ENTRY], limits.tiles * plan::TILE_PIXELS)

@@ -62,16 +62,11 @@ pub struct Effort {
     pub sample: usize,
     /// About how many entries one wave of lists has at most.
     pub wave: usize,
-    /// Tiles with short lists have a kernel of their own on a GPU that draws again.
-    pub few: usize,
-    /// Frames that a GPU is not asked for after one of the same scene of which it left a good part
-    /// over.
-    pub rest: usize,
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE, few: 512, rest: 15 }
+        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE }
     }
 }
 

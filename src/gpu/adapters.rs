@@ -5,15 +5,28 @@ use std::path::PathBuf;
 
 use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Features};
 
-use crate::{
-    render::{DeviceChoice, DeviceError},
-    shader::Lanes,
-};
+use crate::shader::Lanes;
 
 /// Storage buffers that the largest variant binds.
 const STORAGE_BUFFERS: u32 = 7;
 /// Least size of a storage binding: a million spheres.
 const BINDING: u64 = 16 << 20;
+
+/// Which adapter to take.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// A hardware GPU.
+    Hardware,
+    /// Any adapter, hardware first.
+    Any,
+    /// The first adapter whose name contains this, in any case; hardware first.
+    Named(String),
+}
+
+/// No adapter fits; says what was tried and what to install.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NoAdapter(pub String);
 
 /// An adapter in words.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -62,7 +75,7 @@ pub fn name(info: &AdapterInfo) -> String {
 
 /// What a hardware GPU has in the file system of Linux, before any driver is asked.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Node {
+pub struct Node {
     /// Its path.
     path: String,
     /// Why this process cannot open it, if so.
@@ -83,7 +96,7 @@ fn node_paths() -> Vec<PathBuf> {
 }
 
 /// The nodes of this machine, each tried.
-pub(crate) fn nodes() -> Vec<Node> {
+pub fn nodes() -> Vec<Node> {
     let node = |path: PathBuf| {
         let closed = std::fs::File::options().read(true).write(true).open(&path).err();
         Node { path: crate::text::name(path), closed: closed.map(|error| error.to_string()) }
@@ -102,7 +115,7 @@ pub fn may_have_hardware() -> bool {
 }
 
 /// What the environment says about Vulkan's drivers: only those that it names are looked at.
-pub(crate) fn named_drivers() -> Option<String> {
+pub fn named_drivers() -> Option<String> {
     let set = |name: &str| {
         Some((name.to_owned(), std::env::var(name).ok().filter(|value| !value.is_empty())?))
     };
@@ -192,7 +205,7 @@ struct Candidate {
 /// Opens the first adapter that fits a choice, hardware before software; tells which ones did not
 /// come to that, and why.
 fn take<T>(
-    choice: &DeviceChoice,
+    choice: &AdapterChoice,
     candidates: &[Candidate],
     mut open: impl FnMut(usize) -> Result<T, String>,
 ) -> (Option<T>, Vec<PassedOver>) {
@@ -202,8 +215,8 @@ fn take<T>(
     for k in order {
         let Candidate { name, hardware, lacks } = &candidates[k];
         let why = match choice {
-            DeviceChoice::Auto if !hardware => "a software device".to_owned(),
-            DeviceChoice::Named(part) if !name.to_lowercase().contains(&part.to_lowercase()) => {
+            AdapterChoice::Hardware if !hardware => "a software device".to_owned(),
+            AdapterChoice::Named(part) if !name.to_lowercase().contains(&part.to_lowercase()) => {
                 ANOTHER_NAME.into()
             }
             _ if !lacks.is_empty() => format!("lacks {}", lacks.join(", ")),
@@ -219,7 +232,7 @@ fn take<T>(
 
 /// Opens an adapter for a choice.
 pub(super) fn open<T>(
-    choice: &DeviceChoice,
+    choice: &AdapterChoice,
     mut open: impl FnMut(&Adapter, &Suitability) -> Result<T, String>,
 ) -> (Option<T>, Vec<PassedOver>) {
     let adapters: Vec<_> = list().into_iter().map(|adapter| (assess(&adapter), adapter)).collect();
@@ -236,7 +249,7 @@ pub(super) fn open<T>(
 }
 
 /// The hardware that did not open although it was meant, with the reasons.
-pub(crate) fn why_asked(passed_over: &[PassedOver]) -> Option<String> {
+pub fn why_asked(passed_over: &[PassedOver]) -> Option<String> {
     let meant = passed_over.iter().filter(|other| other.hardware && other.why != ANOTHER_NAME);
     let words: Vec<_> =
         meant.map(|other| format!("the hardware GPU {} {}", other.adapter, other.why)).collect();
@@ -244,7 +257,7 @@ pub(crate) fn why_asked(passed_over: &[PassedOver]) -> Option<String> {
 }
 
 /// Why `auto` has taken what it has taken: a hardware GPU, or else the CPU.
-pub(crate) fn why_auto(
+pub fn why_auto(
     hardware: bool,
     passed_over: &[PassedOver],
     nodes: &[Node],
@@ -277,14 +290,14 @@ pub(crate) fn why_auto(
 }
 
 /// That nothing was opened: what was tried, and what to install.
-pub(crate) fn none(
-    choice: &DeviceChoice,
+pub fn none(
+    choice: &AdapterChoice,
     passed_over: &[PassedOver],
     drivers: Option<&str>,
-) -> DeviceError {
+) -> NoAdapter {
     let wanted = match choice {
-        DeviceChoice::Auto => "no hardware GPU".to_owned(),
-        DeviceChoice::Named(name) => {
+        AdapterChoice::Hardware => "no hardware GPU".to_owned(),
+        AdapterChoice::Named(name) => {
             format!("no GPU whose name contains \"{}\"", crate::text::value(name))
         }
         _ => "no usable GPU".to_owned(),
@@ -307,7 +320,7 @@ pub(crate) fn none(
         }
         _ => "install the graphics driver of the machine's vendor; `--device cpu` needs none",
     };
-    DeviceError::NoAdapter(format!("{wanted}; {tried}\n{install}"))
+    NoAdapter(format!("{wanted}; {tried}\n{install}"))
 }
 
 /// The APIs that are looked at on this system.
@@ -345,7 +358,7 @@ mod tests {
     /// Takes from a list, where those with these names do not open; the name that was taken, and
     /// what was passed over.
     fn taken(
-        choice: &DeviceChoice,
+        choice: &AdapterChoice,
         candidates: &[Candidate],
         closed: &[&str],
     ) -> (Option<String>, Vec<PassedOver>) {
@@ -356,23 +369,23 @@ mod tests {
         })
     }
 
-    fn named(name: &str) -> DeviceChoice {
-        DeviceChoice::Named(name.into())
+    fn named(name: &str) -> AdapterChoice {
+        AdapterChoice::Named(name.into())
     }
 
     #[test]
     fn hardware_comes_first_and_the_next_is_tried() {
-        use DeviceChoice::{Auto, Gpu};
+        use AdapterChoice::{Any, Hardware};
         let machine = machine();
         for (choice, closed, want, passed) in [
-            (Auto, &[][..], Some("Radeon"), 0),
-            (Gpu, &[], Some("Radeon"), 0),
-            (Auto, &["Radeon"], Some("Arc"), 1),
-            (Gpu, &["Radeon"], Some("Arc"), 1),
-            (Auto, &["Radeon", "Arc"], None, 4),
-            (Gpu, &["Radeon", "Arc"], Some("llvmpipe"), 2),
-            (Gpu, &["Radeon", "Arc", "llvmpipe"], Some("SwiftShader"), 3),
-            (Gpu, &["vulkan"], None, 4),
+            (Hardware, &[][..], Some("Radeon"), 0),
+            (Any, &[], Some("Radeon"), 0),
+            (Hardware, &["Radeon"], Some("Arc"), 1),
+            (Any, &["Radeon"], Some("Arc"), 1),
+            (Hardware, &["Radeon", "Arc"], None, 4),
+            (Any, &["Radeon", "Arc"], Some("llvmpipe"), 2),
+            (Any, &["Radeon", "Arc", "llvmpipe"], Some("SwiftShader"), 3),
+            (Any, &["vulkan"], None, 4),
             (named("SWIFT"), &[], Some("SwiftShader"), 3),
             (named("swift"), &["Swift"], None, 4),
             (named("arc"), &[], Some("Arc"), 1),
@@ -386,7 +399,7 @@ mod tests {
             );
             assert_eq!(passed_over.len(), passed, "{choice:?}, {closed:?}: {passed_over:?}");
         }
-        let nothing: (Option<()>, _) = take(&Auto, &[], |_| unreachable!("there is none"));
+        let nothing: (Option<()>, _) = take(&Hardware, &[], |_| unreachable!("there is none"));
         assert_eq!(nothing, (None, Vec::new()));
     }
 
@@ -394,7 +407,7 @@ mod tests {
     fn what_lacks_something_is_never_opened() {
         let mut machine = machine();
         machine[1].lacks = vec!["compute shaders".into(), "workgroups of 64".into()];
-        let (name, passed_over) = taken(&DeviceChoice::Auto, &machine, &["Radeon"]);
+        let (name, passed_over) = taken(&AdapterChoice::Hardware, &machine, &["Radeon"]);
         assert_eq!(name.as_deref(), Some("Arc 770 (anv, vulkan)"));
         assert_eq!(passed_over[0].why, "lacks compute shaders, workgroups of 64");
     }
@@ -402,7 +415,7 @@ mod tests {
     #[test]
     fn auto_names_the_hardware_that_was_not_taken() {
         let why = |machine: &[Candidate], closed: &[&str], nodes: &[Node], drivers| {
-            let (name, passed_over) = taken(&DeviceChoice::Auto, machine, closed);
+            let (name, passed_over) = taken(&AdapterChoice::Hardware, machine, closed);
             why_auto(name.is_some(), &passed_over, nodes, drivers)
         };
         let all = machine();
@@ -451,10 +464,10 @@ mod tests {
         assert!(error.starts_with("no GPU whose name contains \"GeForce\"; tried "), "{error}");
         assert!(error.contains("\n  Arc 770 (anv, vulkan): another name\n"), "{error}");
         assert!(!cfg!(target_os = "linux") || error.contains("mesa-vulkan-drivers"), "{error}");
-        let (_, passed_over) = taken(&DeviceChoice::Gpu, &machine(), &["vulkan"]);
-        let error = none(&DeviceChoice::Gpu, &passed_over, None).to_string();
+        let (_, passed_over) = taken(&AdapterChoice::Any, &machine(), &["vulkan"]);
+        let error = none(&AdapterChoice::Any, &passed_over, None).to_string();
         assert_eq!(error.matches("could not be opened: device lost").count(), 4, "{error}");
-        let error = none(&DeviceChoice::Gpu, &[], Some("VK_DRIVER_FILES=x is set")).to_string();
+        let error = none(&AdapterChoice::Any, &[], Some("VK_DRIVER_FILES=x is set")).to_string();
         assert!(error.contains("no adapter answered\nVK_DRIVER_FILES=x is set\n"), "{error}");
     }
 }

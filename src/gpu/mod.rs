@@ -28,7 +28,6 @@ use crate::{
     bins::{Keep, KeepAll},
     camera::{Region, View},
     cover::Cover,
-    cpu::{Cpu, Effort},
     drawing::{Cancel, DrawError, Drawing, Met},
     exact::decide::{Tally, Truth},
     ids::{NONE, UNDECIDED},
@@ -36,12 +35,10 @@ use crate::{
     plan::{self, Band, Eye, Fixed, Limits, TILE, TILE_PIXELS},
     pool,
     project::Projector,
-    render::{DeviceChoice, DeviceError},
     scene::Scene,
     shader::{FEW, Lanes},
-    tile::Exact,
 };
-use adapters::{PassedOver, Suitability};
+use adapters::{AdapterChoice, NoAdapter, PassedOver, Suitability};
 use decide::{Among, AtOnce, Done, LeftOver, Undecided};
 use execute::{Answers, BACKGROUND, Executor, HOST, Pixels};
 use lists::{Spheres, These, Uncovered, Wave};
@@ -80,14 +77,46 @@ pub struct Gpu {
     uploads: u64,
     wave: Wave,
     effort: Effort,
-    /// Frames of this scene that the host draws alone, as the device would leave most of the work
-    /// to it.
-    rest: usize,
-    /// For what the device's numbers cannot hold, and pictures in which nearly every pixel is hard.
-    cpu: Cpu,
     /// What went wrong outside of any call, such as a lost device.
     fault: Arc<Mutex<Option<String>>>,
     cancel: Cancel,
+}
+
+/// From how many spheres on (or tiles) work is done that saves more of it later. Pictures do not
+/// depend on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// A scene is put in order.
+    pub order: usize,
+    /// It is found out what large spheres hide.
+    pub cover: usize,
+    /// Tiles with short lists have a kernel of their own on a device that draws again.
+    pub few: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { order: 1 << 15, cover: 1 << 12, few: 512 }
+    }
+}
+
+/// What came of a picture.
+pub enum Answer {
+    /// It was drawn, but for these regions, of which a good part was left over by the filter: their
+    /// ids are not settled, and the native device draws them sooner than they could be decided.
+    Drawn(Drawing, Vec<Region>),
+    /// The device's numbers cannot hold the scene or the view.
+    Unfit,
+}
+
+impl Answer {
+    /// The drawing, if the device could draw one.
+    pub fn drawing(self) -> Option<Drawing> {
+        match self {
+            Self::Drawn(drawing, _) => Some(drawing),
+            Self::Unfit => None,
+        }
+    }
 }
 
 /// One picture.
@@ -100,12 +129,11 @@ struct Job<'a> {
 }
 
 impl Gpu {
-    /// Opens a device: `Auto` takes hardware only, `Gpu` any adapter but hardware first, a name the
-    /// first adapter whose name has it.
+    /// Opens a device.
     ///
     /// # Errors
     /// When none fits; says what was tried and what to install.
-    pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+    pub fn open(choice: &AdapterChoice) -> Result<Self, NoAdapter> {
         let (gpu, passed_over) = Self::open_telling(choice);
         gpu.ok_or_else(|| {
             adapters::none(choice, &passed_over, adapters::named_drivers().as_deref())
@@ -113,7 +141,7 @@ impl Gpu {
     }
 
     /// As [`Gpu::open`], if one opens; and the adapters that were passed over.
-    pub(crate) fn open_telling(choice: &DeviceChoice) -> (Option<Self>, Vec<PassedOver>) {
+    pub fn open_telling(choice: &AdapterChoice) -> (Option<Self>, Vec<PassedOver>) {
         adapters::open(choice, Self::start)
     }
 
@@ -161,7 +189,7 @@ impl Gpu {
             }
         });
         let binding = binding as usize;
-        let effort = Effort { order: 1 << 15, ..Effort::default() };
+        let effort = Effort::default();
         let limits = Limits {
             wave: 1 << 22,
             entries: (binding / 4).min(1 << 24),
@@ -180,8 +208,6 @@ impl Gpu {
             uploads: 0,
             wave: Wave::default(),
             effort,
-            rest: 0,
-            cpu: Cpu::with(effort),
             fault,
             cancel: Cancel::new(),
         })
@@ -245,32 +271,31 @@ impl Gpu {
     /// Sets from how many spheres on they are ordered, and searched for what large ones hide, to
     /// test that it does not show.
     pub fn set_effort(&mut self, effort: Effort) {
-        (self.effort, self.limits.worth) = (effort, effort.few);
-        (self.uploaded, self.cpu) = (None, self.own_cpu());
+        (self.effort, self.limits.worth, self.uploaded) = (effort, effort.few, None);
     }
 
     /// Drawings end when this is cancelled.
     pub fn cancel_on(&mut self, cancel: &Cancel) {
         self.cancel = cancel.clone();
-        self.cpu.cancel_on(cancel);
     }
 
     /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the
-    /// host again. Where that was a good part of the pixels, the next frames of the same scene are
-    /// drawn by the host alone.
+    /// host again, where that is not a good part of the pixels.
     ///
     /// # Errors
-    /// When there is no such picture, it was cancelled, the device fails, or memory does
-    /// not suffice there or here.
+    /// When there is no such picture, it was cancelled, the device fails, or memory does not
+    /// suffice there or here.
     pub fn draw(
         &mut self,
         scene: &Scene,
         view: &View,
         region: Region,
-    ) -> Result<Drawing, DrawError> {
-        let mut drawing = self.filter(scene, view, region, true)?;
-        drawing.counts.undecided = drawing.counts.undecided.min(region.pixels());
-        Ok(drawing)
+    ) -> Result<Answer, DrawError> {
+        let mut answer = self.filter(scene, view, region, true)?;
+        if let Answer::Drawn(drawing, _) = &mut answer {
+            drawing.counts.undecided = drawing.counts.undecided.min(region.pixels());
+        }
+        Ok(answer)
     }
 
     /// What the filter alone settles: other pixels are [`UNDECIDED`]. For tests and benchmarks.
@@ -283,7 +308,20 @@ impl Gpu {
         view: &View,
         region: Region,
     ) -> Result<Drawing, DrawError> {
-        self.filter(scene, view, region, false)
+        match self.filter(scene, view, region, false)? {
+            Answer::Drawn(drawing, _) => Ok(drawing),
+            Answer::Unfit => {
+                let mut drawing = Drawing::new(scene, view, region)?;
+                drawing.ids.resize(region.pixels(), UNDECIDED);
+                Ok(drawing)
+            }
+        }
+    }
+
+    /// The scene that was drawn last, in order, if it was put into one: the native device can take
+    /// it over.
+    pub fn ordered(&self) -> Option<&Arc<Ordered>> {
+        self.uploaded.as_ref()?.ordered.as_ref()
     }
 
     fn filter(
@@ -292,64 +330,41 @@ impl Gpu {
         view: &View,
         region: Region,
         decide: bool,
-    ) -> Result<Drawing, DrawError> {
+    ) -> Result<Answer, DrawError> {
         let mut drawing = Drawing::new(scene, view, region)?;
-        pool::enter(|| self.filter_into(scene, view, decide, &mut drawing))?;
-        Ok(drawing)
+        let left = pool::enter(|| self.filter_into(scene, view, decide, &mut drawing))?;
+        Ok(left.map_or(Answer::Unfit, |left| Answer::Drawn(drawing, left)))
     }
 
+    /// Into a drawing that has no ids yet; gives the bands that are left to the native device, or
+    /// nothing if the device's numbers cannot hold the picture.
     fn filter_into(
         &mut self,
         scene: &Scene,
         view: &View,
         decide: bool,
         drawing: &mut Drawing,
-    ) -> Result<(), DrawError> {
+    ) -> Result<Option<Vec<Region>>, DrawError> {
         let begin = Instant::now();
         let region = drawing.region;
         if scene.is_empty() {
             drawing.ids.resize(region.pixels(), NONE);
-            return Ok(());
+            return Ok(Some(Vec::new()));
         }
         self.ensure_uploaded(scene)?;
         // The device's copy leaves `self` while it is drawn from.
         let Some(uploaded) = self.uploaded.take() else {
             return Err(DrawError::Device("the scene is not on the device".into()));
         };
-        let mut eye = uploaded.fixed.and_then(|fixed| Eye::new(&fixed, &scene.bounds(), view));
-        if decide && self.executor.certain && self.rest > 0 {
-            self.rest -= 1;
-            eye = None;
-        }
-        let mut result = Ok(());
-        match &eye {
-            None if decide => {
-                if let Some(ordered) = &uploaded.ordered {
-                    self.cpu.adopt(scene, ordered);
-                }
-                result = self.cpu.draw_into::<Exact>(scene, view, drawing);
-                drawing.counts.undecided = region.pixels();
-            }
-            None => drawing.ids.resize(region.pixels(), UNDECIDED),
-            Some(eye) => {
-                let truth = Truth::new(view, scene.bounds());
-                let spheres = Spheres { scene, truth: &truth, ordered: uploaded.ordered.as_ref() };
-                let job = Job { spheres, eye, chunks: &uploaded.chunks, large: &uploaded.large };
-                drawing.times.prepare += since(begin);
-                let across = region.width.div_ceil(TILE);
-                let rows = (self.limits.tiles as u32 / across).max(1) * TILE;
-                for top in (0..region.height).step_by(rows as usize) {
-                    let band = Region {
-                        y: region.y + top,
-                        height: rows.min(region.height - top),
-                        ..region
-                    };
-                    result = self.draw_band(&job, band, drawing, decide);
-                    if result.is_err() {
-                        break;
-                    }
-                }
-            }
+        let eye = uploaded.fixed.and_then(|fixed| Eye::new(&fixed, &scene.bounds(), view));
+        let mut result = Ok(None);
+        if let Some(eye) = &eye {
+            let truth = Truth::new(view, scene.bounds());
+            let spheres = Spheres { scene, truth: &truth, ordered: uploaded.ordered.as_ref() };
+            let (chunks, large) = (&uploaded.chunks, &uploaded.large);
+            let job = Job { spheres, eye, chunks, large };
+            drawing.times.prepare += since(begin);
+            result = self.draw_bands(&job, drawing, decide).map(Some);
         }
         self.uploaded = Some(uploaded);
         if self.executor.lanes == Lanes::Eight {
@@ -359,14 +374,36 @@ impl Gpu {
         result
     }
 
-    /// Appends the ids of a band.
+    /// Draws all bands; gives those that are left to the native device.
+    fn draw_bands(
+        &mut self,
+        job: &Job,
+        drawing: &mut Drawing,
+        decide: bool,
+    ) -> Result<Vec<Region>, DrawError> {
+        let region = drawing.region;
+        let across = region.width.div_ceil(TILE);
+        let rows = (self.limits.tiles as u32 / across).max(1) * TILE;
+        let mut left = Vec::new();
+        for top in (0..region.height).step_by(rows as usize) {
+            let height = rows.min(region.height - top);
+            let band = Region { y: region.y + top, height, ..region };
+            if !self.draw_band(job, band, drawing, decide)? {
+                left.push(band);
+            }
+        }
+        Ok(left)
+    }
+
+    /// Appends the ids of a band. Gives false if so many are left over that the native device had
+    /// better draw it.
     fn draw_band(
         &mut self,
         job: &Job,
         region: Region,
         drawing: &mut Drawing,
         decide: bool,
-    ) -> Result<(), DrawError> {
+    ) -> Result<bool, DrawError> {
         let Job { spheres, eye, chunks, large } = *job;
         let mut band = Band::new(region);
         // The tile of each place of the ids; if a tile has several segments, places are tiles.
@@ -480,21 +517,15 @@ impl Gpu {
         let decided = done.spent.as_secs_f64() * 1e3 / rayon::current_num_threads() as f64;
         drawing.times.read_back += since(begin) - decided;
         drawing.times.decide += decided;
+        let mut settled = true;
         if decide && !left_over.is_empty() {
             let begin = Instant::now();
             done.pixels += decide::count(&left_over);
             match projector.filter(|_| waves == 1) {
-                _ if done.pixels > region.pixels() / HOPELESS => {
-                    self.rest = if region == drawing.region { self.effort.rest } else { 0 };
-                    done.tally = self.draw_on_host(spheres, region, ids)?;
-                }
+                _ if done.pixels > region.pixels() / HOPELESS => settled = false,
                 Some(projector) => {
-                    let among = Among {
-                        spheres,
-                        projector: &projector,
-                        wave: &self.wave,
-                        cancel: &self.cancel,
-                    };
+                    let (wave, cancel) = (&self.wave, &self.cancel);
+                    let among = Among { spheres, projector: &projector, wave, cancel };
                     let tiles =
                         LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
                     done.tally += tiles.decide(&left_over, ids);
@@ -505,24 +536,10 @@ impl Gpu {
         }
         self.cancel.check()?;
         drawing.counts.undecided += done.pixels;
-        drawing.counts.exact += done.tally.big as usize;
-        Ok(())
-    }
-
-    /// Draws a region with the native device, which is sooner done where a good part of the pixels
-    /// is left over.
-    fn draw_on_host(
-        &mut self,
-        spheres: Spheres<'_>,
-        region: Region,
-        ids: &mut [i32],
-    ) -> Result<Tally, DrawError> {
-        if let Some(ordered) = spheres.ordered {
-            self.cpu.adopt(spheres.scene, ordered);
+        if settled {
+            drawing.counts.exact += done.tally.big as usize;
         }
-        let drawing = self.cpu.draw(spheres.scene, spheres.truth.view(), region)?;
-        ids.copy_from_slice(&drawing.ids);
-        Ok(Tally { big: drawing.counts.exact as u64, ..Tally::default() })
+        Ok(settled)
     }
 
     /// Decides what the filter left over in some tiles, whose lists are made again.
@@ -552,20 +569,13 @@ impl Gpu {
         tally
     }
 
-    /// A native device that knows no scene yet.
-    fn own_cpu(&self) -> Cpu {
-        let mut cpu = Cpu::with(self.effort);
-        cpu.cancel_on(&self.cancel);
-        cpu
-    }
-
     /// Puts a scene on the device unless it is there.
     fn ensure_uploaded(&mut self, scene: &Scene) -> Result<(), DrawError> {
         if self.uploaded.as_ref().is_some_and(|uploaded| uploaded.identity == scene.identity()) {
             return Ok(());
         }
         // What is kept of another scene.
-        (self.uploaded, self.cpu, self.rest) = (None, self.own_cpu(), 0);
+        self.uploaded = None;
         let fixed = Fixed::new(&scene.bounds());
         let mut chunks = Vec::new();
         let mut ordered = None;

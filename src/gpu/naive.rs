@@ -175,7 +175,7 @@ mod tests {
             scenes::{Kind, Recipe},
         },
         camera::ImageSize,
-        render::DeviceChoice,
+        gpu::adapters::AdapterChoice,
         shader::{Part, Source},
     };
 
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn it_is_nearly_right() {
         let image = ImageSize { width: 70, height: 50 };
-        let mut gpu = Gpu::open(&DeviceChoice::Gpu).expect("the tests have a software device");
+        let mut gpu = Gpu::open(&AdapterChoice::Any).expect("the tests have a software device");
         let mut naive = Naive::new(&gpu);
         for recipe in
             [Recipe::new(Kind::Uniform, 200), Recipe::new(Kind::Uniform, 200).in_perspective()]
