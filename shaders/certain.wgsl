@@ -8,21 +8,21 @@ fn doubtful(doubt: f32, item: Item) -> f32 {
     return greater(doubt, item.doubt);
 }
 
-// The least key of all but the best, after a visit. What lost may be nearer still, as a hit that is
-// not safe: then it is among the others, its key is the least of all, and the pixel is not settled
-// before something nearer wins.
+// The least key of all spheres but the best, after a visit. A sphere that lost is one of them; if
+// it won, the former best is. A loser whose hit is not safe may have the least key of all: the
+// pixel then stays undecided until a safe hit with a smaller key wins.
 fn others(old: Nearest, low: vec4<u32>, lost: vec4<bool>) -> vec4<u32> {
     return select(old.low, min(old.rest, low), lost);
 }
 
-// What is known after some visits, no depth of which is in greater doubt than this, both ends
-// together. What is named is undecided if another key is not beyond the best's upper bound, until
-// something nearer wins: so the others can be forgotten. Order of keys is that of depths. Nothing
-// seen is settled.
+// Judges four pixels after some visits. `doubt` is the widest depth interval of all spheres visited
+// so far. If another key lies within the best's interval, the entry becomes UNDECIDED, until a
+// nearer sphere wins; so the other keys can be forgotten. Keys compare as depths do. A pixel
+// without a sphere is settled.
 //
-// The best has an upper bound only where its hit is safe. That settles all but a few pixels in ten
-// thousand; to fetch the best's record again for a closer look would cost more, at every pixel,
-// than to decide those on the host.
+// The best has an upper bound only if its hit is safe. That settles all but a few pixels in ten
+// thousand. To fetch the best's record again for a closer look at every pixel would cost more than
+// to resolve those on the host.
 fn judge_half(found: Nearest, doubt: f32) -> Nearest {
     let high = bitcast<vec4<u32>>(bitcast<vec4<f32>>(found.low) + vec4<f32>(doubt));
     let undecided = bitcast<vec4<u32>>(vec4<i32>(UNDECIDED));

@@ -66,8 +66,9 @@ fn lower(range: Range, item: Item, c: Chord) -> vec4<u32> {
     return select(key(first), vec4<u32>(MISS), gone | (first > range.far_above));
 }
 
-// The hit is certain, and its depth in no greater doubt above the key than in open.wgsl: the near
-// root in range for certain, or before it for certain and the far root in range.
+// Whether a hit is certain, with a depth interval no wider than in open.wgsl. Either the near root
+// is certainly in range, or it is certainly before the near plane and the far root certainly in
+// range.
 fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
     let e = ends(item, c);
     let whole = (e.near_low >= range.near_above) & (e.near_high <= range.far_below);

@@ -1,6 +1,6 @@
-// The end of a pixel where several passes (rounds of a long list, chunks of spheres) share a tile:
-// their findings are merged. The sphere of least upper bound stays; the other's lower bound, which
-// is that of all of its pass, joins the rest of earlier passes.
+// Merges what a pass found at a pixel with earlier passes, if several share a tile (rounds of a
+// long list, buffers of spheres). The sphere with the lesser upper bound stays. The lower bound of
+// the other, which holds for all of its pass, goes into `rest`.
 fn finish(tile: Tile, place: u32, found: State) {
     let at = (tile.slot & SLOT) * 64u + place;
     var state = found;

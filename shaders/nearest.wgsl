@@ -45,7 +45,8 @@ fn see(old: Nearest, range: Range, item: Item, entry: u32, c: Chord) -> Nearest 
     return Nearest(
         min(old.low, low),
         others(old, low, lost),
-        // Where the best did not win, it does not matter which is named.
+        // If the least key belongs to a sphere that lost, the pixel is undecided, and either entry
+        // will do.
         select(vec4<u32>(entry), old.entry, lost),
     );
 }

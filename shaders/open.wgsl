@@ -1,7 +1,7 @@
 // Depth of a hit where no sphere of the tile meets a clip plane: the near root.
 
 struct Range {
-    // 0, as a number that compilers do not know.
+    // Always 0, but the compiler does not know it. See `after` and `opaque`.
     zero: u32,
 }
 
@@ -15,14 +15,15 @@ fn ranges_of(at: u32, pixels: Pixels) -> Ranges {
     return Ranges(Range(at >> 31u), Range(at >> 31u));
 }
 
-// A number as it is, but not before another is known. What is needed last of all software devices
-// put off to the end of a round, where all wait for it.
+// Scheduling barrier: returns `x`, but the compiler has to compute `other` first. llvmpipe (Mesa
+// 22.3) otherwise moves what is needed last to the end of a round of visits, where all lanes wait
+// for it.
 fn after(x: f32, other: f32, ranges: Ranges) -> f32 {
     return bitcast<f32>(bitcast<u32>(x) | (bitcast<u32>(other) & ranges.top.zero));
 }
 
-// A lane, as a number that compilers do not know. Where they know it, software devices take two
-// instructions for each number that is passed from it, and else one.
+// The number of a lane, hidden from the compiler. For a lane that is a constant, llvmpipe (Mesa
+// 22.3) takes two instructions for each value passed from it; for one that is not, one.
 fn opaque(lane: u32, ranges: Ranges) -> u32 {
     return lane | ranges.top.zero;
 }

@@ -3,8 +3,8 @@ fn safe(range: Range, item: Item, c: Chord) -> vec4<bool> {
     return c.square > vec4<f32>(item.safe);
 }
 
-// Two conditions, of which a compiler that sees through the zero makes two masks for each pixel:
-// more than it has registers for.
+// A sphere loses if its hit is not safe, or if its key is greater than the best. `range.zero` is a
+// hidden 0: with a plain one the compiler keeps two masks a pixel, and runs out of registers.
 fn loses(range: Range, item: Item, c: Chord, low: vec4<u32>, best: vec4<u32>) -> vec4<bool> {
     return low > select(vec4<u32>(range.zero), best, safe(range, item, c));
 }

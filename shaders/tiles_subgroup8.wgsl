@@ -41,8 +41,9 @@ fn draw(frame: Frame, bounds: Bounds, at: u32, lane: u32) {
     // The depth of what is best is in no greater doubt than the greatest of all entries: each one's
     // own would have to be carried along at every pixel.
     var doubt = eye.doubt;
-    // The condition comes last: software devices go through a loop once more, with nothing to do,
-    // where it comes first. An empty list has one round too, in which nothing is within reach.
+    // The condition stands at the end: if it stands at the beginning, llvmpipe runs the body once
+    // more with all lanes switched off. So an empty list has one round too, with items that no ray
+    // hits.
     var i = 0u;
     loop {
         // Past the end the last entry is seen again, out of reach.
@@ -51,8 +52,9 @@ fn draw(frame: Frame, bounds: Bounds, at: u32, lane: u32) {
         if i + lane >= tile.count {
             item = beyond(item);
         }
-        // First, as nothing else waits for it: all later entries begin beyond this; enough is known
-        // when that is beyond every pixel's best.
+        // `doubt` and `front` are computed before the visits. No visit needs them, so the driver
+        // would put them off to the end (see `told_after`). All later entries begin behind `front`:
+        // the loop ends when that is behind the best of every pixel.
         doubt = greatest(doubtful(doubt, item));
         let front = (greatest(item.front) - frame.disorder) - doubt;
         item = told_after(item, doubt, ranges);

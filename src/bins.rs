@@ -134,7 +134,8 @@ impl Grid {
 
 /// What a tile list holds for a sphere.
 pub trait Item: Copy + Default + Send + Sync {
-    /// Whether lists are told apart by tile only, with the least depth of each; else by slab, too.
+    /// True: lists have one start a tile, and the least depth of each tile is kept. False: they
+    /// have one start for each slab of each tile, and no least depths.
     const BY_TILE: bool = false;
 
     /// For a sphere that begins at depth `nearest`, and its pixels in the tile.
@@ -181,15 +182,16 @@ pub trait Keep: Sync {
         f64::INFINITY
     }
 
-    /// A sphere that is seen in all of a tile where nothing else is, and hides all that is not kept
-    /// there: its index, and where it begins. It is listed only where something else may lie
-    /// farther than that, or more is to come in later lists.
+    /// The occluder of a tile, if it has one: a sphere that certainly covers all of its pixels, and
+    /// hides whatever is not kept there. Gives its number in the lists and its near depth. It is
+    /// appended to the tile's list only if a listed sphere may reach behind that depth, or if later
+    /// batches of lists follow.
     #[inline(always)]
     fn behind(&self, _tile: usize) -> Option<(u32, f64)> {
         None
     }
 
-    /// Whether earlier lists hold what lies behind.
+    /// Whether an earlier batch of lists has the tiles' occluders already.
     fn listed(&self) -> bool {
         false
     }
@@ -281,11 +283,12 @@ impl<'a> Binner<'a> {
         Self { ordered, ..self }
     }
 
-    /// With as many slabs as what is kept is worth, as a part of the groups tells.
+    /// Chooses the number of depth slabs by how many spheres are kept, which a sample of the
+    /// clusters tells.
     pub fn for_kept<K: Keep>(mut self, keep: &K) -> Self {
         let share = simd::dispatch(Share { binner: &self, keep });
-        // Where little is to be seen, lists are short, and slabs that hold next to nothing cost
-        // more than they tell.
+        // If few spheres are visible, lists are short, and nearly empty slabs cost more than the
+        // early stops that they allow.
         let kept = 0.25 * share * self.scene.len() as f64;
         self.grid = self.grid.with_slabs(Grid::wanted(self.grid.tiles(), kept));
         self.little = kept < LITTLE;
@@ -373,7 +376,8 @@ impl<'a> Binner<'a> {
         let mut scan = |tile: usize| {
             if I::BY_TILE {
                 if few {
-                    // Those of tiles before that were left out, too.
+                    // The tiles between the last one and this have no entries: their lists start
+                    // here, too.
                     lists.starts.resize(tile, total);
                 }
                 lists.starts.push(total);
@@ -481,7 +485,8 @@ struct Found<I> {
     counts: Vec<u32>,
     /// See [`Lists::nearest`].
     nearest: Vec<f64>,
-    /// Whether something in a tile may lie farther than where [`Keep::behind`] begins.
+    /// For each tile: whether a listed sphere may reach behind the near depth of the tile's
+    /// occluder (see [`Keep::behind`]), which must be listed then.
     mixed: Vec<bool>,
     /// What was met on the way.
     met: Met,
@@ -756,8 +761,9 @@ impl<K: Keep> simd::Work for Share<'_, K> {
 }
 
 impl Binner<'_> {
-    /// Of the first batch of some groups: which are on the screen, and of which of these nothing is
-    /// kept, as it all begins too far away; a bit for each. `farthest` is [`Keep::farthest`].
+    /// Culls the first batch of some clusters. The first mask has a bit for each cluster on the
+    /// screen; the second for each of these that is hidden, as it begins behind the farthest depth
+    /// that is kept in all its tiles. `farthest` is [`Keep::farthest`].
     #[inline(always)]
     fn groups_seen<K: Keep>(
         &self,

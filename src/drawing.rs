@@ -181,8 +181,8 @@ impl Drawing {
 /// What a pass over spheres met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Spheres that a pixel's ray may meet in the clip range, and all of a group that is hidden as
-    /// a whole.
+    /// Spheres that may be hit at some pixel within the clip range. Of a cluster that is culled as
+    /// hidden, all spheres count.
     pub on_screen: usize,
     /// Spheres that are in a list, or in several.
     pub listed: usize,

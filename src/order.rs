@@ -148,7 +148,8 @@ impl Ordered {
 pub fn is_crowded(scene: &Scene) -> bool {
     /// So many are looked at, evenly spread.
     const SAMPLE: usize = 128;
-    /// So many pairs of these, when a sixteenth of the spheres lies in one place.
+    /// About how many pairs of the sample all but coincide if a sixteenth of the spheres lies in
+    /// one place.
     const PAIRS: usize = SAMPLE * SAMPLE / 512;
     let sample: Vec<Ball> = (0..SAMPLE.min(scene.len()))
         .map(|k| scene.known(k * scene.len() / SAMPLE.min(scene.len())).into())
@@ -237,8 +238,8 @@ impl Item {
     }
 }
 
-/// Of spheres in a scene: their class of size. Large spheres have groups of their own: those of
-/// small ones they would blow up.
+/// The size class of a sphere. Large spheres get clusters of their own: among small ones they would
+/// make the cluster's bounding sphere large.
 fn class(greatest: f64, radius: f64) -> u32 {
     let exponent = |value: f64| (value.to_bits() >> 52) as u32;
     ((exponent(greatest) - exponent(radius)) / 3).min((1 << CLASSES) - 1)
@@ -252,8 +253,8 @@ fn add_up(counts: &mut [u32], first: u32) -> u32 {
 /// Indices in ascending order, without those of spheres that are the same as an earlier one: all of
 /// them, unless many are the same.
 fn distinct(scene: &Scene) -> Vec<u32> {
-    /// One sphere of so many is looked at first, chosen by what it is, so that equal ones are
-    /// chosen together.
+    /// A first look takes one sphere in this many. A hash of its numbers chooses it, so that equal
+    /// spheres are chosen together.
     const SAMPLE: u64 = 64;
     let same = |a: u32, b: u32| {
         center(scene, a) == center(scene, b) && radius(scene, a) == radius(scene, b)

@@ -339,7 +339,7 @@ pub struct Scene {
     large: OnceLock<Vec<u32>>,
 }
 
-/// So many spheres are told to be large, at most.
+/// At most this many occluder candidates.
 const LARGE: usize = 512;
 
 impl Scene {

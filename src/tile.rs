@@ -179,16 +179,17 @@ impl<const SIDE: usize> Default for Tile<SIDE> {
 struct Test<L> {
     /// `W`; none of what is vague, which is never in front for certain.
     known: f64,
-    /// How much nearer than `before` below an upper end is; the tenth covers the roundings of the
-    /// differences and the square, 2.5 u of the depth: see [`crate::filter`] for what `W` is at
-    /// least.
+    /// How much larger `b` is in the second row of [`Test::lines`] than in the first: `2.1 W`. The
+    /// tenth covers the roundings of the differences and of the square, `2.5 u` of the depth:
+    /// [`crate::filter`] says how small `W` may be.
     between: f64,
     /// `-E`.
     miss: L,
-    /// For hits that are not solid, `rim` stands for root and `W`: its square.
+    /// `rim^2`, the least value that is used for the discriminant: near the silhouette, where hits
+    /// are uncertain, `rim` bounds the root and `W` together.
     square: L,
-    /// Hits with a greater root are solid: the root of `square`, exactly, as that is far from
-    /// underflow. Infinite if none is.
+    /// A hit is certain if its root is greater than this. Equals the root of `square` exactly,
+    /// because that is far from underflow. Infinite if no hit is certain.
     rim: L,
     /// How much is allowed for the bounds of what is held, and `between`.
     slack: L,
@@ -291,11 +292,11 @@ impl<const SIDE: usize> Tile<SIDE> {
         std::mem::take(&mut self.tally)
     }
 
-    /// Some holder's bounds are as far apart as this, or so the roundings here and in comparisons
-    /// make it seem.
+    /// Raises `slack` to cover an interval of this width, with the roundings here and in
+    /// comparisons.
     ///
-    /// [`crate::filter`] leaves over more than the tenth of `W` that is added: the width of an
-    /// interval is `2 W`, and one rounding of a depth is below `0.05 E / sqrt T`.
+    /// The factor adds a tenth of `W`, as an interval is `2 W` wide. One rounding of a depth is
+    /// less: [`crate::filter`] bounds it by `0.05 E / sqrt T`.
     #[inline(always)]
     fn widen(&mut self, width: f64) {
         let slack = 1.05 * width;
@@ -469,10 +470,10 @@ impl<const SIDE: usize> Tile<SIDE> {
             self.widen(2.0 * test.known);
         }
         test.allow(self.slack);
-        // What is to be decided is noted, and decided at the end: a call would cost the loop its
-        // registers. Noted in memory: where a variable changes on some paths only, the compiler
-        // makes two loops of the one. Apart from what is passed on, so that it can stay in
-        // registers.
+        // Rows with undecided pixels are only noted here, and resolved after the loop: a call in it
+        // would spill the loop's registers. They are noted in memory, because the compiler splits
+        // the loop in two for a local variable that changes on some paths only. `s` is a copy, so
+        // that it stays in registers although `sphere` is passed on.
         let s = *sphere;
         let vectors = left / LANES..(right / LANES + 1).min(SIDE / LANES);
         let columns = &place.columns.as_chunks::<LANES>().0[vectors.clone()];
@@ -507,11 +508,10 @@ impl<const SIDE: usize> Tile<SIDE> {
         }
     }
 
-    /// A sphere at vectors of some rows, in each of which it neither wins nor loses for certain at
-    /// some pixel: there it is decided.
+    /// Resolves the vectors of some rows, in each of which the sphere neither wins nor loses for
+    /// certain at some pixel.
     ///
-    /// What was found of them is found once more: that costs little where it is needed seldom, and
-    /// leaves the loop alone.
+    /// Computes their discriminants again. That is rarely needed, and it keeps the main loop small.
     #[cold]
     #[inline(never)]
     fn decide<const PERSPECTIVE: bool, M: Mode>(

@@ -748,9 +748,9 @@ fn price(
         for contender in &settings.devices {
             let mut device = Device::open(&contender.choice)?;
             let (mut full, mut plain) = (Samples::default(), Samples::default());
-            // Small differences want many repetitions, most of all where pictures are drawn fast;
-            // the order within a pair changes from one to the next, and the views are those of the
-            // first pairs again and again.
+            // The difference is small, so many pairs are measured, and more where pictures are
+            // drawn fast. The order within a pair alternates. After the first pairs the same views
+            // come again.
             let (least, begin) = (3 * settings.frames, Instant::now());
             let enough =
                 |step: usize| step > least && (settings.quick || begin.elapsed() >= LONG_ENOUGH);

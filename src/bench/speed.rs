@@ -285,9 +285,10 @@ pub struct TimedRun {
 const NAIVE: u64 = 11_000_000_000;
 /// And in the small matrix.
 const NAIVE_QUICK: u64 = 300_000_000;
-/// Frames after a camera move are taken until those of a device are as long together, milliseconds,
+/// Moved frames of a device are repeated until they take this long together, in milliseconds; see
+/// [`MORE`].
 const ENOUGH: f64 = 250.0;
-/// or so many times as many as were asked for.
+/// At most so many times the frames that were asked for are taken.
 const MORE: usize = 6;
 /// First pictures are taken of so many devices.
 const COLD: usize = 3;

@@ -50,8 +50,8 @@ pub(crate) fn shift(region: Region) -> u32 {
     if tiles >= 8 * rayon::current_num_threads() { SIDE.ilog2() } else { SIDE.ilog2() - 1 }
 }
 
-/// From how many spheres on (or tiles) work is done that saves more of it later, and how much is
-/// done at once. Pictures do not depend on it.
+/// Tuning thresholds: from how many spheres (or tiles) on each optimisation is worth its set-up
+/// cost, and how much is done at a time. They never change a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// A scene that is drawn again is put in order.
@@ -351,8 +351,8 @@ const SPREAD: usize = 32;
 
 /// From this many spheres on, it is found out first how deep they lie.
 pub(crate) const SAMPLED: usize = 1 << 17;
-/// Layers of spheres' boxes that are drawn before the rest is looked at: what shows through eight
-/// is little.
+/// How often the boxes of the front spheres cover a tile, by a sample, before a second pass looks
+/// at the rest: little shows through eight layers.
 const LAYERS: u64 = 8;
 
 /// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if
@@ -390,7 +390,8 @@ impl<'a> Visible<'a> {
         Self { ranges: ranges.collect(), depths: hides.then_some(depths) }
     }
 
-    /// What begins at the very depth comes twice, which does no harm.
+    /// For the second pass: spheres that begin at or behind `front`. One that begins exactly there
+    /// was drawn in the first pass as well, which changes nothing.
     fn behind(front: &[f64], depths: &'a [Depths]) -> Self {
         let ranges = front.iter().zip(depths).map(|(&front, depths)| [front, depths.farthest]);
         Self { ranges: ranges.collect(), depths: Some(depths) }

@@ -58,7 +58,8 @@ impl Depths {
     }
 }
 
-/// Whether everything in a window lies in front of a depth.
+/// Whether a sphere that begins at depth `nearest` is hidden in a window: at all its pixels
+/// something in front of that depth is held already.
 #[inline(always)]
 pub(super) fn hidden(depths: &Depths, nearest: f64, [left, right, top, bottom]: Window) -> bool {
     let mut farthest = f64::NEG_INFINITY;
@@ -101,7 +102,8 @@ impl Source<'_> {
     }
 }
 
-/// A sphere behind all else in a tile.
+/// The sphere at the back of a tile's list, if it covers the whole tile and begins where all the
+/// others have ended.
 struct Background {
     index: i32,
     /// Its number in the list: an index, or that of a group.
@@ -517,8 +519,8 @@ impl<M: Mode> PaintTile<'_, M> {
                 }
                 let first = ordered.starts[group.index as usize] as usize;
                 let count = ordered.starts[group.index as usize + 1] as usize - first;
-                // What no plane cuts of the group is not cut of its spheres; what hides its sphere
-                // hides them all.
+                // If no clip plane cuts the cluster's bounding sphere, none cuts its spheres. If a
+                // sphere that was drawn holds the bounding sphere, it hides the whole cluster.
                 let around = ordered.groups.known(group.index as usize);
                 if self.state.is_crowded() && self.drawn.hold(around.into()) {
                     continue;

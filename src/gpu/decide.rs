@@ -60,8 +60,8 @@ pub struct Among<'a> {
 /// Tiles of a row of tiles, and the ids of all its pixels.
 type RowOfTiles<'a> = (&'a [(u32, Pixels)], &'a mut [i32]);
 
-/// What is left over in a band, when lists are whole; `columns` tiles to a row. Where no sphere of
-/// a tile's list is met, `backgrounds` is seen.
+/// The undecided pixels of a band whose lists came in one batch. A pixel that no listed sphere
+/// covers shows its tile's entry of `backgrounds`.
 #[derive(Clone, Copy)]
 pub struct LeftOver<'a> {
     /// What decides.
@@ -102,8 +102,8 @@ impl LeftOver<'_> {
         let Self { among, columns, backgrounds } = *self;
         let mut tally = Tally::default();
         let (mut open, mut desk) = (Open::default(), Desk::new());
-        // What is not in the cache is waited for at once, and not tile by tile: lists, then what
-        // they name first.
+        // Prefetch for all tiles together, so that the waits for memory overlap: first the lists,
+        // then the first spheres that each names.
         let tiles = || rows.iter().flat_map(|row| row.0).map(|tile| tile.0 as usize);
         tiles().for_each(|tile| among.wave.prefetch(tile));
         tiles()
@@ -120,11 +120,12 @@ impl LeftOver<'_> {
     }
 }
 
-/// Decides what is left over while pixels are put into place, a few tiles at a time: no thread
-/// waits for another then.
+/// Resolves undecided pixels while ids are copied into the picture: each thread those of the few
+/// tiles that it has just copied, so that no thread waits for another.
 pub struct AtOnce<'a> {
     left_over: LeftOver<'a>,
-    /// Where more pixels are left over, the host draws all.
+    /// The most undecided pixels that are resolved here. If a band has more, the CPU draws all of
+    /// it.
     most: usize,
     seen: AtomicUsize,
     done: Mutex<Done>,
@@ -147,8 +148,10 @@ impl<'a> AtOnce<'a> {
         Self { left_over, most, seen: AtomicUsize::new(0), done: Mutex::default() }
     }
 
-    /// Decides the tiles of some rows of tiles, in ascending order, of which `ids` are all pixels:
-    /// unless there are many, which are to be shared out. Returns whether it did.
+    /// Resolves the undecided pixels of some rows of tiles on this thread. `tiles` are in ascending
+    /// order; `ids` are all pixels of these rows, the first of which is `first_row`. Returns false,
+    /// and does nothing, if there are more than [`MANY`] tiles or too many pixels: the caller
+    /// leaves them for later.
     pub fn decide(&self, tiles: &[(u32, Pixels)], first_row: u32, ids: &mut [i32]) -> bool {
         let pixels = count(tiles);
         if self.seen.fetch_add(pixels, Ordering::Relaxed) + pixels > self.most || tiles.len() > MANY
@@ -443,7 +446,8 @@ impl tile::Work for Paint<'_> {
             }
             let mut left = all;
             loop {
-                // What begins behind all that is held, or at its only pixel is, or is missed there.
+                // Drop spheres that begin behind the farthest depth held; if one pixel is open,
+                // also those that begin behind its depth or miss its ray.
                 left &= !L::splat(*farthest).less(L::load(&batch.nearest));
                 if let Some(at) = single {
                     left &= !L::splat(state.high(at)).less(L::load(&fronts));
@@ -459,7 +463,8 @@ impl tile::Work for Paint<'_> {
                 left &= !(1 << k);
                 let sphere = batch.sphere(k);
                 let mut rows_seen = open_rows;
-                // One row is sooner looked at than known to be missed.
+                // With one open row, testing it is cheaper than finding out that the sphere misses
+                // it.
                 if !open_rows.is_power_of_two() {
                     let [across, down] = projector.extent::<PERSPECTIVE>(&sphere);
                     rows_seen &= window(down, y as f64);
@@ -500,8 +505,8 @@ impl tile::Work for Paint<'_> {
                     *farthest = depth;
                 }
             }
-            // No later sphere begins nearer than any of these by more than the disorder, and the
-            // roundings of both places.
+            // Early stop. Lists are sorted but for `disorder`: a later sphere begins at most that
+            // much nearer than any of these. `begin` allows for the roundings of both.
             if all & L::splat(*farthest).less(L::load(&batch.begin).sub(L::splat(disorder))) != 0 {
                 return;
             }

@@ -82,9 +82,10 @@ impl Executor {
         }
     }
 
-    /// Runs passes. If `slots` are given, each tile has one segment in all of the picture: it is
-    /// added to them, and its ids lie at its place among them; else what is found is merged with
-    /// what is known of the tile, and ids wait for [`Executor::finish`].
+    /// Runs passes. With `slots`, each tile has a single segment in the whole band: its number is
+    /// appended to `slots`, and its ids lie at that slot of the id buffer. Without, the device
+    /// merges what a pass finds into the state of the tile, and [`Executor::finish`] makes ids of
+    /// the states.
     pub fn run(
         &mut self,
         eye: &Eye,
@@ -347,13 +348,13 @@ fn tile_table(
         .collect()
 }
 
-/// The slot of a tile that has none: background, or left to the host.
+/// In place of a slot: the tile was not dispatched, and shows its background.
 pub const BACKGROUND: u32 = u32::MAX;
 /// See [`BACKGROUND`].
 pub const HOST: u32 = u32::MAX - 1;
 
-/// So many rows of tiles a thread puts into place at a time, at most: then what is left over in
-/// them is decided together.
+/// The most rows of tiles that a thread copies at a time. Their undecided pixels are resolved
+/// together.
 const ROWS: usize = 8;
 
 /// What is known of a band when the device is done.
@@ -372,11 +373,13 @@ pub struct Answers<'a> {
 }
 
 impl Answers<'_> {
-    /// Puts all pixels into their places in `ids`, with those `found` by the device. Where
-    /// something is left over in some rows of tiles, `at_once` may decide it: it is given the tiles
-    /// in ascending order, the first row of tiles, and the ids of all the rows, and says whether it
-    /// did. Returns all other tiles in which something is left over, in ascending order, and which
-    /// pixels of each.
+    /// Writes the ids of the whole band: the device's answers, `found`, over the tiles'
+    /// backgrounds.
+    ///
+    /// Each thread copies a few rows of tiles. If pixels of these are undecided, it calls `at_once`
+    /// with their tiles in ascending order, the first row of tiles, and the ids of all the rows;
+    /// `at_once` returns whether it resolved them. Returns the tiles that are still undecided, in
+    /// ascending order, each with a mask of its undecided pixels.
     pub fn fill(
         &self,
         ids: &mut [MaybeUninit<i32>],
@@ -417,8 +420,8 @@ impl Answers<'_> {
         let (width, columns) = (self.region.width as usize, self.columns as usize);
         let of_row = row * columns..(row + 1) * columns;
         let (slots, backgrounds) = (&self.slots[of_row.clone()], &self.backgrounds[of_row]);
-        // First what lies behind all else, by whole rows of pixels, as memory likes it; what the
-        // device found follows while that is in the cache.
+        // Backgrounds first, one row of pixels after the other, because memory is written fastest
+        // in order. The device's ids follow while these rows are still in the cache.
         let mut runs: Vec<(usize, i32)> = Vec::new();
         for (column, (&slot, &background)) in slots.iter().zip(backgrounds).enumerate() {
             let id = if slot == HOST { UNDECIDED } else { background };

@@ -45,7 +45,8 @@ impl Keep for These<'_> {
     }
 }
 
-/// What is not behind a cover, and the cover itself where there is more to be seen.
+/// Culls what begins behind the occluders' depths. A tile's occluder is listed only if more than
+/// the occluder can be seen there.
 pub struct Uncovered<'a> {
     /// The cover, whose blocks are tiles.
     pub cover: &'a Cover,

@@ -43,7 +43,8 @@ use decide::{Among, AtOnce, Done, LeftOver, Undecided};
 use execute::{Answers, BACKGROUND, Executor, HOST, Pixels};
 use lists::{Spheres, These, Uncovered, Wave};
 
-/// Where more than one pixel in so many is left over, the host sooner draws all.
+/// If more than one pixel in this many is undecided, drawing the band on the CPU is faster than
+/// resolving it pixel by pixel.
 const HOPELESS: usize = 8;
 
 /// Spheres on the device: consecutive, as many as one binding holds.
@@ -406,7 +407,8 @@ impl Gpu {
     ) -> Result<bool, DrawError> {
         let Job { spheres, eye, chunks, large } = *job;
         let mut band = Band::new(region);
-        // The tile of each place of the ids; if a tile has several segments, places are tiles.
+        // For each 64-pixel slot of the id buffer, its tile. If tiles take several passes, slot n
+        // is that of tile n, and these are the tiles that were drawn.
         let mut slots = Vec::new();
         let mut single = true;
         let mut waves = 0;
@@ -426,7 +428,9 @@ impl Gpu {
                 let (wave, limit) = (&mut self.wave, self.limits.wave);
                 let (of_wave, met_now) = match &cover {
                     Some(cover) => {
-                        // A place is a number in one chunk.
+                        // A list may only name spheres of the buffer that it is drawn from. With
+                        // several buffers the occluder may be in another: it is then listed as
+                        // other spheres are.
                         let places = if chunks.len() == 1 { large } else { &[] };
                         let keep = Uncovered { cover, places, listed: waves > 0 };
                         wave.collect(spheres, region, &mut left, limit, &keep)

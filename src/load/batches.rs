@@ -22,7 +22,7 @@ const PIECE: usize = 1 << 15;
 /// A file of fewer bytes is parsed whole.
 const WORTH: usize = 1 << 16;
 
-/// Bytes beside the spheres up to which the quick way is worth trying.
+/// [`quick`] is used only if the text outside of `[[sphere]]` tables has fewer bytes than this.
 const REST: usize = 1 << 20;
 
 /// Bytes from the beginning of a value to its end, in a file that is read in pieces: a name of a
@@ -40,7 +40,7 @@ const KEYS: usize = 64;
 /// Tables of `[[spheres]]`: each maps up to three files, and systems map about as many as this.
 const BLOCKS: usize = 1 << 16;
 
-/// Gaps up to so many bytes are taken along rather than left out.
+/// Two parts are joined if at most this many bytes, of space and comments, lie between them.
 const GAP: usize = 64;
 
 /// Parts of a text, joined, which know where each stands in the text.

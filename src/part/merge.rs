@@ -158,8 +158,8 @@ pub struct Merge<'a> {
     ranks: Vec<Ranks>,
 }
 
-/// Where indices stand in a rising list of them, found without a search where they are not far
-/// apart.
+/// Finds the position of an index in a sorted list: by a bitmap with counts if the list is dense,
+/// else by search.
 struct Ranks {
     /// The least.
     first: u64,
@@ -517,16 +517,17 @@ const SOMEWHERE: &str = "(which means none) has a distance";
 
 /// So many spheres are put into their boxes by one thread at a time.
 const SOME: usize = 64 * BATCH;
-/// So many spheres are kept as the filter has them.
+/// Entries of the cache [`Desk::shown`].
 const SHOWN: usize = 256;
 
 /// What is at hand while rows are merged.
 struct Desk {
     /// Of what is found at each pixel of a row: the distance lies between these.
     reach: Vec<[f64; 2]>,
-    /// Whether these are bounds at the pixel, and not of the whole sphere.
+    /// Whether `reach` holds bounds at this pixel; if not, those of the whole sphere.
     close: Vec<bool>,
-    /// Spheres by place, the last of those that share a number.
+    /// A cache of spheres that are ready for the filter, by place modulo [`SHOWN`]; a later one
+    /// replaces an earlier one.
     shown: Vec<Option<(u32, Shown)>>,
     pairs: u64,
     tally: Tally,
