@@ -2,17 +2,18 @@
 //! bench`.
 
 use divan::{Bencher, counter::ItemsCount};
-use planisphere::{
-    bench::scenes::{Kind, Made, Recipe},
+use planisphere_bench::scenes::{Kind, Made, Recipe};
+use planisphere_core::{
     bins::{Binner, Entry, KeepAll, Workspace, split},
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::Cpu,
     exact::decide::{Tally, Truth},
-    frame::{Paint, write_png},
     project::{BATCH, Batch, Projector},
     scene::{Ball, Block, Scene},
     simd,
 };
+use planisphere_image::Paint;
+use planisphere_io::png::write_png;
 
 fn main() {
     divan::main();

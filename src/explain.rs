@@ -5,7 +5,7 @@
 //! the facts into words, and [`memory`] adds them up. `render --explain` prints the words, and
 //! `render` does not begin what cannot fit.
 
-use crate::{
+use planisphere_core::{
     bins::Binner,
     camera::{ImageSize, Projection, Region},
     cpu,
@@ -102,6 +102,7 @@ pub enum Engine {
         /// From this many spheres on it orders what it draws several times.
         ordered: usize,
     },
+    #[cfg_attr(not(feature = "gpu"), expect(dead_code, reason = "there is no such device"))]
     /// wgpu.
     Gpu {
         /// Its memory is the host's.
@@ -348,7 +349,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::{
+    use planisphere_core::{
         camera::{Camera, ScreenSize, View},
         scene::Sphere,
         text,

@@ -39,41 +39,20 @@
 //! assert_eq!(drawing.ids[32 * 64 + 19], 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-pub mod bench;
-pub mod bins;
-pub mod camera;
+#[cfg(feature = "cli")]
 pub mod cli;
-pub mod cover;
-pub mod cpu;
-pub mod drawing;
-pub mod exact;
-pub mod explain;
-pub mod filter;
-pub mod float;
-pub mod fov;
-pub mod frame;
-pub mod framing;
-pub mod gpu;
-pub mod identity;
-pub mod ids;
-pub mod litter;
-pub mod load;
-pub mod make;
-pub mod memory;
-pub mod order;
-pub mod output;
-pub mod pair;
-pub mod part;
-pub mod plan;
-pub mod pool;
-pub mod project;
-pub mod projected;
-pub mod render;
-pub mod scene;
-pub mod shader;
-pub mod simd;
-pub mod text;
-pub mod tile;
-pub mod unseen;
+#[cfg(feature = "cli")]
+mod explain;
+
+pub use planisphere_core::{
+    bins, camera, cover, cpu, depth, drawing, exact, filter, fov, framing, ids, order, pair, part,
+    pool, project, projected, scene, simd, text, tile, unseen,
+};
+#[cfg(feature = "gpu")]
+pub use planisphere_gpu as gpu;
+pub use planisphere_image as image;
+#[cfg(feature = "cli")]
+pub use planisphere_io::{load, make, npy, output, png};
+pub use planisphere_renderer as render;
 #[cfg(feature = "window")]
-pub mod view;
+pub use planisphere_window as view;

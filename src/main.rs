@@ -26,7 +26,7 @@ fn main() -> ExitCode {
         set("MESA_DISK_CACHE_DATABASE", "true");
     }
     #[cfg(unix)]
-    planisphere::output::were_closed(streams::closed());
+    planisphere_io::output::were_closed(streams::closed());
     planisphere::cli::main()
 }
 

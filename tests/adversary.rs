@@ -32,20 +32,20 @@ use emulator::{
 use glam::DVec3;
 use judge::Judge;
 use measure::{Exact, Input, LEAST, Stage, error, exact, neighbour, stages};
-use planisphere::{
+use planisphere_core::{
     bins::KeepAll,
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{dd::Bounded, decide::Truth},
-    gpu::adapters::AdapterChoice,
-    gpu::{
-        Gpu,
-        lists::{Spheres, Wave},
-    },
     ids::{NONE, UNDECIDED},
-    plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, Segment, TILE, TILE_PIXELS},
     scene::{Bounds, Scene},
-    shader::{FANS, Lanes, PLANES, STATES, Variant},
 };
+use planisphere_gpu::{
+    Gpu,
+    adapters::AdapterChoice,
+    lists::{Spheres, Wave},
+    plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, Segment, TILE, TILE_PIXELS},
+};
+use planisphere_shaders::{FANS, Lanes, PLANES, STATES, Variant};
 use rayon::prelude::*;
 
 /// The shader of a variant, parsed.

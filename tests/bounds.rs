@@ -18,7 +18,7 @@ mod random;
 
 use glam::DVec3;
 use measure::{Exact, Input, LEAST, Stage, error, exact, neighbour, stages};
-use planisphere::{
+use planisphere_core::{
     bins::{APART, Binner, EDGE},
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{

@@ -16,18 +16,18 @@ use std::{
 use corpus::{Case, random::Random};
 use glam::{DVec3, IVec3};
 use judge::Judge;
-use planisphere::{
-    bench::{
-        reference,
-        scenes::{Kind, Recipe},
-    },
+use planisphere_bench::{
+    reference,
+    scenes::{Kind, Recipe},
+};
+use planisphere_core::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::{Cpu, Effort},
-    frame::depth_plane,
-    gpu::Effort as GpuEffort,
-    render::{Device, DeviceChoice},
+    depth::depth_plane,
     scene::{Block, Scene, Sphere},
 };
+use planisphere_gpu::Effort as GpuEffort;
+use planisphere_renderer::{Device, DeviceChoice};
 use rayon::prelude::*;
 
 /// The corpus with the judge's answers, worked out once.

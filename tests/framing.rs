@@ -4,13 +4,13 @@
 use std::{fs, path::Path, process::Command};
 
 use glam::DVec3;
-use planisphere::{
+use planisphere_core::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     framing::Wanted,
-    load::from_text,
-    render::{Device, DeviceChoice},
     scene::{Bounds, Scene, Sphere},
 };
+use planisphere_io::load::from_text;
+use planisphere_renderer::{Device, DeviceChoice};
 
 fn bounds(spheres: &[Sphere]) -> Bounds {
     Scene::from_spheres(spheres).unwrap().bounds()

@@ -18,12 +18,13 @@ use std::{
 
 use image::{Rgb, RgbImage};
 use judge::Judge;
-use planisphere::{
-    camera::{Region, View},
-    frame::{Paint, write_png},
+use planisphere_core::camera::{Region, View};
+use planisphere_image::Paint;
+use planisphere_io::{
     load::{Loaded, load},
-    render::{Device, DeviceChoice},
+    png::write_png,
 };
+use planisphere_renderer::{Device, DeviceChoice};
 use rayon::prelude::*;
 
 /// Up to so many pixels times spheres the judge looks at every pixel, beyond at [`SAMPLE`] of them.

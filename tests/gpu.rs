@@ -4,17 +4,17 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use planisphere::{
+use planisphere_core::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::{self, Cpu},
     exact::axes::Axes,
-    gpu::{self, Gpu, adapters::AdapterChoice},
     ids::{NONE, UNDECIDED},
-    plan::Limits,
-    render::{Hybrid, REST},
     scene::{Scene, Sphere},
-    shader::Lanes,
 };
+use planisphere_gpu as gpu;
+use planisphere_gpu::{Gpu, adapters::AdapterChoice, plan::Limits};
+use planisphere_renderer::{Hybrid, REST};
+use planisphere_shaders::Lanes;
 
 /// Numbers from a seed, the same everywhere.
 struct Random(u64);

@@ -5,7 +5,7 @@ mod judge;
 
 use glam::DVec3;
 use judge::Judge;
-use planisphere::{
+use planisphere_core::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     scene::{Scene, Sphere},
 };

@@ -8,15 +8,20 @@ use std::{
 };
 
 use glam::DVec3;
-use planisphere::{
+use planisphere_core::{
     camera::{
         Camera, CameraError, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View, ViewError,
     },
+    depth::{PlaneError, depth_plane},
     drawing::{Cancel, DrawError},
-    frame::{Paint, PlaneError, depth_plane, write_f32, write_i32, write_png},
-    render::{Device, DeviceChoice},
     scene::{Scene, Sphere},
 };
+use planisphere_image::Paint;
+use planisphere_io::{
+    npy::{write_f32, write_i32},
+    png::write_png,
+};
+use planisphere_renderer::{Device, DeviceChoice};
 
 /// Spheres of which one in a hundred is ten times as large as the others: what large ones hide is
 /// looked for.

@@ -316,7 +316,8 @@ fn a_scene_file_that_cannot_be_read_is_named() {
 #[test]
 fn good_scenes_mean_what_they_say() {
     use glam::DVec3;
-    use planisphere::{camera::*, load::from_text};
+    use planisphere_core::camera::*;
+    use planisphere_io::load::from_text;
 
     let folder = tempfile::tempdir().unwrap();
     write_arrays(folder.path());
@@ -360,7 +361,10 @@ fn good_scenes_mean_what_they_say() {
         (0..loaded.scene.len()).map(|k| loaded.scene.sphere(k).unwrap()).collect();
     assert_eq!(spheres.len(), 6);
     assert_eq!(spheres[0].center, DVec3::new(9007199254740992.0, 0.1, 0.0));
-    assert_eq!((spheres[0].color, spheres[1].color), (planisphere::load::DEFAULT_COLOR, [1, 2, 3]));
+    assert_eq!(
+        (spheres[0].color, spheres[1].color),
+        (planisphere_io::load::DEFAULT_COLOR, [1, 2, 3])
+    );
     assert_eq!((spheres[3].center, spheres[3].radius), (DVec3::new(3.0, 4.0, 5.0), 2.0));
     assert_eq!((spheres[3].color, spheres[5].color), ([4, 5, 6], [255; 3]));
     assert_eq!(spheres[4].radius, 0.5);
@@ -389,7 +393,7 @@ fn many_single_spheres_load_fast() {
         format!("[[sphere]]\ncenter = [{k}.5, {}, 0.25]\nradius = 0.5\ncolor = '#123456'\n", k % 97)
     };
     let text: String = (0..100_000).map(sphere).collect();
-    let load = |text: &str| planisphere::load::from_text("test", text, Path::new(""));
+    let load = |text: &str| planisphere_io::load::from_text("test", text, Path::new(""));
     let start = std::time::Instant::now();
     let loaded = load(&text).unwrap();
     println!("{:?}", start.elapsed());
@@ -486,7 +490,7 @@ fn no_text_makes_it_panic() {
     for round in 0..20_000 {
         let text: String = (0..1 + random(12)).map(|_| pieces[random(pieces.len())]).collect();
         let result = std::panic::catch_unwind(|| {
-            planisphere::load::from_text("test", &text, folder.path())
+            planisphere_io::load::from_text("test", &text, folder.path())
                 .map(|l| l.camera(l.image))
                 .map_err(|e| e.to_string())
         });

@@ -21,19 +21,23 @@ use std::{
 use corpus::{Case, extreme::extreme, fuzz::fuzz, random::Random};
 use glam::DVec3;
 use judge::Judge;
-use planisphere::{
+use planisphere_core::{
     camera::{Projection, Region, View},
+    depth::{depth_plane, depths, distance_bounds},
     exact::decide::Truth,
-    frame::{Paint, depth_plane, depths, distance_bounds, write_png},
-    load,
     part::{
         Meta, Part, Pixel, Pixels, Seen,
         merge::{Merge, MergeError},
-        write::PartWriter,
     },
-    render::{Device, DeviceChoice},
     scene::{Scene, Sphere},
 };
+use planisphere_image::Paint;
+use planisphere_io::{
+    load,
+    part::{self, PartWriter},
+    png::write_png,
+};
+use planisphere_renderer::{Device, DeviceChoice};
 
 const BACKGROUND: [u8; 3] = [1, 2, 3];
 
@@ -79,7 +83,7 @@ fn read(folder: &Path, bytes: &[u8]) -> Part {
     // A new file each time: the last one stays mapped.
     let _ = fs::remove_file(&path);
     fs::write(&path, bytes).unwrap();
-    load::part(&path).unwrap_or_else(|error| panic!("{error}"))
+    part::part(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Merges parts into a part.
@@ -575,7 +579,7 @@ fn parts_that_lie_are_refused() {
             let path = folder.join("part.npz");
             let _ = fs::remove_file(&path);
             fs::write(&path, bytes).unwrap();
-            let part = load::part(&path).map_err(|error| error.to_string())?;
+            let part = part::part(&path).map_err(|error| error.to_string())?;
             let mut second = draw_part(folder, &mut cpu, &scene, &view, 2..4, whole);
             second.name = "other.npz".into();
             let both = if last { [second, part] } else { [part, second] };
@@ -1118,7 +1122,7 @@ fn indices_beyond_32_bits_and_parts_of_nothing() {
         &["no part holds spheres 0 to 1099511627775"],
     );
     succeed(folder, &["merge", "empty.npz", "far.npz", "-o", "none", "--visibility", "both.npz"]);
-    let part = |name: &str| load::part(&folder.join(name)).unwrap();
+    let part = |name: &str| part::part(&folder.join(name)).unwrap();
     let (far, both) = (part("far.npz"), part("both.npz"));
     assert_eq!((far.meta.last(), &far.indices), (both.meta.last(), &both.indices));
     assert!(far.pixels.wide && far.indices.iter().all(|&index| index >= 1 << 40));

@@ -10,7 +10,7 @@ use std::{
     process::{Command, Output},
 };
 
-use planisphere::text::unseen;
+use planisphere_core::text::unseen;
 
 fn run<S: AsRef<OsStr>>(folder: &Path, args: &[S]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_planisphere"))
@@ -554,7 +554,7 @@ fn faults_of_large_files_have_their_places() {
 #[test]
 fn large_files_of_every_shape_are_read() {
     let load = |text: &str| {
-        planisphere::load::from_text("test", text, Path::new(""))
+        planisphere_io::load::from_text("test", text, Path::new(""))
             .unwrap_or_else(|error| panic!("{error}"))
     };
     let ball = |k: usize| {

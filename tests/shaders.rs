@@ -3,10 +3,8 @@
 
 use std::mem::{offset_of, size_of};
 
-use planisphere::{
-    plan,
-    shader::{TILES_TOGETHER, Variant},
-};
+use planisphere_gpu::plan;
+use planisphere_shaders::{TILES_TOGETHER, Variant};
 
 #[test]
 fn every_variant_is_valid() {
@@ -101,8 +99,8 @@ fn shared_constants_are_those_of_rust() {
         format!("const NEVER = {:e};", plan::NEVER),
         format!("const NOTHING = {:#x}u;", plan::NEVER.to_bits()),
         format!("const TOGETHER = {TILES_TOGETHER}u;"),
-        format!("const NONE = {};", planisphere::ids::NONE),
-        format!("const UNDECIDED = {};", planisphere::ids::UNDECIDED),
+        format!("const NONE = {};", planisphere_core::ids::NONE),
+        format!("const UNDECIDED = {};", planisphere_core::ids::UNDECIDED),
     ] {
         assert!(text.contains(&line), "{line}");
     }

@@ -377,7 +377,7 @@ fn wayland_that_leads_nowhere_leaves_x() {
             command.env("DISPLAY", &server.display).env(variable, value)
         });
         let said = program.up_and_quit(&server);
-        let shown = planisphere::text::name(value);
+        let shown = planisphere_core::text::name(value);
         assert!(
             said.contains(&format!("note: {variable} is {shown}: ")),
             "{variable}={value}: {said}"

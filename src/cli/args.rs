@@ -4,16 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
+#[cfg(feature = "bench")]
+use super::bench::BenchArgs;
 use super::{
     Failure,
-    bench::BenchArgs,
     parse::{parse_device, parse_region, parse_size, parse_some},
 };
-use crate::{
-    camera::{ImageSize, Region},
-    output::Target,
-    render::DeviceChoice,
-};
+use planisphere_core::camera::{ImageSize, Region};
+use planisphere_io::output::Target;
+use planisphere_renderer::DeviceChoice;
 
 /// Draws spheres: every pixel exactly right, the same bytes on every device.
 #[derive(Parser)]
@@ -93,13 +92,14 @@ pub(super) enum Command {
     Merge(MergeArgs),
     /// Look at a scene in a window, from all sides
     #[cfg(feature = "window")]
-    #[command(after_long_help = format!("Keys and mouse:\n{}", crate::view::KEYS))]
+    #[command(after_long_help = format!("Keys and mouse:\n{}", planisphere_window::KEYS))]
     View(ViewArgs),
     /// List the devices found, what each lacks, and which one `--device auto` takes
     Info,
     /// Write the arrays and the scene file of a large example scene
     Make(MakeArgs),
     /// Measure how fast pictures are drawn, and how right they are
+    #[cfg(feature = "bench")]
     Bench(BenchArgs),
     /// Print the completion script of a shell
     #[command(long_about = "Print the completion script of a shell, such as:\n  \

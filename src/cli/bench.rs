@@ -10,21 +10,21 @@ use super::{
     parse::{parse_count, parse_device, parse_repetitions, parse_size},
     print, say,
 };
-use crate::{
-    bench::{
-        accuracy, plot, png,
-        process::{self, Cost},
-        scenes::{Kind, Made, Recipe},
-        speed::{self, BenchError, Contender, Settings, TimedRun},
-        statistics::Summary,
-        table::{Table, number},
-    },
-    camera::{ImageSize, MAX_SIDE, View},
-    gpu::naive::Naive,
+use planisphere_bench::{
+    accuracy, plot, png,
+    process::{self, Cost},
+    scenes::{Kind, Made, Recipe},
+    speed::{self, BenchError, Contender, Settings, TimedRun},
+    statistics::Summary,
+    table::{Table, number},
+};
+use planisphere_core::camera::{ImageSize, MAX_SIDE, View};
+use planisphere_gpu::naive::Naive;
+use planisphere_io::{
     load,
     output::{self, Target},
-    render::{Device, DeviceChoice},
 };
+use planisphere_renderer::{Device, DeviceChoice};
 
 /// `bench`, as typed.
 #[derive(ClapArgs)]
@@ -245,7 +245,8 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
             ends.check()?;
             settings.image = args.size.unwrap_or(loaded.image);
             let camera = loaded.camera(settings.image);
-            let made = Made { name: crate::text::name(path), scene: loaded.scene, camera };
+            let made =
+                Made { name: planisphere_core::text::name(path), scene: loaded.scene, camera };
             speed::one(&settings, &made, &mut tell)?
         }
     };
@@ -289,7 +290,8 @@ fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
             ends.check()?;
             settings.image = args.size.unwrap_or(loaded.image);
             let camera = loaded.camera(settings.image);
-            let made = Made { name: crate::text::name(path), scene: loaded.scene, camera };
+            let made =
+                Made { name: planisphere_core::text::name(path), scene: loaded.scene, camera };
             accuracy::one(&settings, &made, &mut tell)?
         }
     };

@@ -2,22 +2,25 @@
 //! request, the device and the system.
 
 use super::{Failure, args::RenderRequest, planes, print};
-use crate::{
+use crate::explain::{self, Engine, Facts, Survey};
+use planisphere_core::{
     camera::{Region, View},
     cpu,
     exact::decide::Truth,
-    explain::{self, Engine, Facts, Survey},
-    memory, plan,
-    render::Device,
     scene::Scene,
     text,
 };
+#[cfg(feature = "gpu")]
+use planisphere_gpu::plan;
+use planisphere_memory as memory;
+use planisphere_renderer::Device;
 
 /// Spheres that are looked at for an explanation.
 const LOOK: usize = 1 << 20;
 /// Bytes of an entry of the native device's lists while they are made and sorted.
 const CPU_ENTRY: usize = 124;
 /// The same of a GPU's lists, with their copy on the way to the device.
+#[cfg(feature = "gpu")]
 const GPU_ENTRY: usize = 40;
 /// What needs no more memory than this is not worth asking the system.
 const SMALL: u64 = 64 << 20;
@@ -40,6 +43,7 @@ pub(super) fn facts(
             };
             (engine, 1 << cpu::shift(region), [cpu::WAVE, CPU_ENTRY], cpu::BAND)
         }
+        #[cfg(feature = "gpu")]
         Device::Gpu(hybrid) => {
             let gpu = &hybrid.gpu;
             let (chunk, limits) = gpu.capacity();
@@ -115,7 +119,7 @@ fn fits(facts: &Facts, needed: u64, available: u64) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{ImageSize, Projection};
+    use planisphere_core::camera::{ImageSize, Projection};
 
     #[test]
     fn what_cannot_fit_is_refused_with_both_numbers() {

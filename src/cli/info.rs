@@ -1,10 +1,9 @@
 //! `planisphere info`: which devices there are, what each lacks, and which one `auto` takes.
 
 use super::{Failure, ends::stdout_is_open, print, render::device_words};
-use crate::{
-    gpu::adapters::adapters,
-    render::{Device, DeviceChoice},
-};
+#[cfg(feature = "gpu")]
+use planisphere_gpu::adapters::adapters;
+use planisphere_renderer::{Device, DeviceChoice};
 
 /// Where software drivers come from.
 const SOFTWARE: &str = "
@@ -21,16 +20,7 @@ pub(super) fn run() -> Result<(), Failure> {
     stdout_is_open()?;
     let threads = rayon::current_num_threads();
     let mut text = format!("cpu   native, {threads} threads; needs no driver\n");
-    for found in adapters() {
-        let state = match found.lacks.as_slice() {
-            [] => "usable".to_owned(),
-            lacks => format!("not usable: lacks {}", lacks.join(", ")),
-        };
-        text += &format!("gpu   {}: {}, {state}\n", found.name, found.kind);
-        for remark in found.remarks {
-            text += &format!("        {remark}\n");
-        }
-    }
+    text += &gpus();
     text += "\n";
     match Device::open_telling(&DeviceChoice::Gpu) {
         Ok(opened) if opened.is_news(&DeviceChoice::Gpu) => {
@@ -45,5 +35,27 @@ pub(super) fn run() -> Result<(), Failure> {
     if cfg!(target_os = "linux") {
         text += SOFTWARE;
     }
-    print(&crate::text::lines(&text))
+    print(&planisphere_core::text::lines(&text))
+}
+
+/// A line for each adapter, and more for what it has not.
+#[cfg(feature = "gpu")]
+fn gpus() -> String {
+    let mut text = String::new();
+    for found in adapters() {
+        let state = match found.lacks.as_slice() {
+            [] => "usable".to_owned(),
+            lacks => format!("not usable: lacks {}", lacks.join(", ")),
+        };
+        text += &format!("gpu   {}: {}, {state}\n", found.name, found.kind);
+        for remark in found.remarks {
+            text += &format!("        {remark}\n");
+        }
+    }
+    text
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpus() -> String {
+    String::new()
 }

@@ -18,11 +18,11 @@ use super::{
     progress::Progress,
     say,
 };
-use crate::{
-    frame::npy_header,
+use planisphere_core::text;
+use planisphere_io::{
     make::{Cloud, Lattice},
+    npy::header as npy_header,
     output::{self, OutputError, Target},
-    text,
 };
 
 /// Spheres that are written at a time.

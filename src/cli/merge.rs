@@ -14,11 +14,11 @@ use super::{
     render::{milliseconds, region_inside, rounded},
     say, unless_changed,
 };
-use crate::{
-    frame::PlaneError,
-    load, output,
+use planisphere_core::{
+    depth::PlaneError,
     part::merge::{Merge, MergeError, Ties},
 };
+use planisphere_io::{output, part};
 
 /// Pixels that are merged at a time.
 const BAND: usize = 1 << 22;
@@ -70,7 +70,7 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     let mut times = Milliseconds::default();
 
     let (step, progress) = (Instant::now(), Progress::step("loading"));
-    let (parts, watch) = load::parts(&request.parts)?;
+    let (parts, watch) = part::parts(&request.parts)?;
     let Some(first) = parts.first() else { return Err(MergeError::Nothing.into()) };
     let image = first.meta.view.image;
     // A part again need not be whole.

@@ -4,6 +4,7 @@
 //! output, talk to standard error.
 
 mod args;
+#[cfg(feature = "bench")]
 mod bench;
 mod ends;
 mod explain;
@@ -34,17 +35,15 @@ use std::{
 
 use clap::{CommandFactory, Parser};
 
-use crate::{
-    bench::speed::BenchError,
-    drawing::DrawError,
-    frame::PlaneError,
+#[cfg(feature = "bench")]
+use planisphere_bench::speed::BenchError;
+use planisphere_core::{depth::PlaneError, drawing::DrawError, part::merge::MergeError, text};
+use planisphere_io::{
     litter::Shield,
     load::{ChangedFile, LoadError, Watch},
     output::{OutputError, Target},
-    part::merge::MergeError,
-    render::DeviceError,
-    text,
 };
+use planisphere_renderer::DeviceError;
 
 /// Why a command failed; each kind has its exit code.
 #[derive(Debug, thiserror::Error)]
@@ -79,11 +78,13 @@ enum Failure {
     /// Parts that do not fit together.
     #[error("{0}")]
     Merge(#[from] MergeError),
+    #[cfg(feature = "bench")]
     /// A check that did not come out as it must.
     #[error("{0}")]
     Check(String),
     /// A measurement that could not be made.
     #[error("{0}")]
+    #[cfg(feature = "bench")]
     Bench(#[from] BenchError),
     /// Output.
     #[error("{0}")]
@@ -91,7 +92,7 @@ enum Failure {
     /// No window.
     #[cfg(feature = "window")]
     #[error("{0}")]
-    View(#[from] crate::view::ViewError),
+    View(#[from] planisphere_window::ViewError),
 }
 
 impl Failure {
@@ -105,7 +106,9 @@ impl Failure {
             | Self::Plane(_) => 2,
             Self::Draw(DrawError::View(_)) => 2,
             Self::Device(_) | Self::Draw(_) | Self::Threads(_) => 3,
+            #[cfg(feature = "bench")]
             Self::Check(_) => 1,
+            #[cfg(feature = "bench")]
             Self::Bench(error) => match error {
                 BenchError::Device(_) | BenchError::Draw(_) => 3,
                 BenchError::Process { .. } => 1,
@@ -162,6 +165,7 @@ fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
         }
         args::Command::Info => info::run(),
         args::Command::Make(args) => make::run(&args),
+        #[cfg(feature = "bench")]
         args::Command::Bench(args) => bench::run(args),
         args::Command::Completions { shell } => completions(shell),
     }

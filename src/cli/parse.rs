@@ -1,9 +1,7 @@
 //! Values of arguments: how they are written, and what is said of those that are not.
 
-use crate::{
-    camera::{ImageSize, MAX_SIDE, Region},
-    render::DeviceChoice,
-};
+use planisphere_core::camera::{ImageSize, MAX_SIDE, Region};
+use planisphere_renderer::DeviceChoice;
 
 /// A count such as 1000000 or 1e6.
 pub(super) fn parse_count(text: &str) -> Result<usize, String> {
@@ -53,6 +51,7 @@ pub(super) fn parse_device(text: &str) -> Result<DeviceChoice, String> {
     }
 }
 
+#[cfg(feature = "bench")]
 pub(super) fn parse_repetitions(text: &str) -> Result<usize, String> {
     text.parse()
         .ok()

@@ -4,13 +4,20 @@
 use std::{sync::Arc, time::Instant};
 
 use super::{Failure, args::Outputs, progress::Progress};
-use crate::{
+use planisphere_core::depth;
+use planisphere_core::{
     camera::Region,
     exact::decide::Truth,
-    frame::{self, Paint, PaletteError, Plane, PngRows},
-    output::{OutputError, Staged, Target},
-    part::{Meta, Pixel, Seen, write::PartWriter},
+    part::{Meta, Pixel, Seen},
     scene::Scene,
+};
+use planisphere_image::Paint;
+use planisphere_io::{npy, png};
+use planisphere_io::{
+    npy::Plane,
+    output::{OutputError, Staged, Target},
+    part::PartWriter,
+    png::{PaletteError, PngRows},
 };
 
 /// Pixels that are drawn at a time, at most: 8K is one band.
@@ -91,13 +98,12 @@ pub(super) fn write(
     };
     let mut ids_sink = open(&outputs.ids)?;
     if let Some(sink) = &mut ids_sink {
-        let header = frame::npy_header(if wide { "<i8" } else { "<i4" }, &shape);
+        let header = npy::header(if wide { "<i8" } else { "<i4" }, &shape);
         std::io::Write::write_all(sink, &header).map_err(or(&outputs.ids))?;
     }
     let mut depth_sink = open(&outputs.depth)?;
     if let Some(sink) = &mut depth_sink {
-        std::io::Write::write_all(sink, &frame::npy_header("<f4", &shape))
-            .map_err(or(&outputs.depth))?;
+        std::io::Write::write_all(sink, &npy::header("<f4", &shape)).map_err(or(&outputs.depth))?;
     }
     let mut part_sink = open(&outputs.visibility)?;
     let mut part = match &mut part_sink {
@@ -122,7 +128,7 @@ pub(super) fn write(
         let ids = draw(band)?;
         if let Some(sink) = &mut depth_sink {
             let _progress = Progress::step("working out depths");
-            let plane = timed(&mut spent.depth, || frame::depths(scene, truth, band, &ids))?;
+            let plane = timed(&mut spent.depth, || depth::depths(scene, truth, band, &ids))?;
             timed(&mut spent.encode, || sink.give(Arc::new(Plane(plane))))
                 .map_err(or(&outputs.depth))?;
         }
@@ -133,7 +139,7 @@ pub(super) fn write(
             for some in bands(band, 1 << 20) {
                 let start = (some.y - band.y) as usize * band.width as usize;
                 let place = start..start + some.pixels();
-                let work = || frame::distance_bounds(scene, truth, some, &ids[place.clone()]);
+                let work = || depth::distance_bounds(scene, truth, some, &ids[place.clone()]);
                 let bounds = timed(&mut spent.depth, work)?;
                 let id = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
                 let pixels =
@@ -177,7 +183,7 @@ pub(super) fn write(
     let mut staged = Vec::new();
     rows.map_or(Ok(()), PngRows::finish).map_err(or(&outputs.picture))?;
     if let (true, Some(sink)) = (outputs.palette, &mut png_sink) {
-        frame::write_palette_png(sink, region, &all.0, &paint).map_err(|error| match error {
+        png::write_palette_png(sink, region, &all.0, &paint).map_err(|error| match error {
             PaletteError::Io(error) => or(&outputs.picture)(error).into(),
             PaletteError::TooManyColors => Failure::Usage(format!(
                 "--palette: {error}; leave out --palette, and the same pixels are written as RGB"

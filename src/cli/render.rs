@@ -14,17 +14,18 @@ use super::{
     progress::Progress,
     say, unless_changed,
 };
-use crate::{
+use planisphere_core::{
     camera::{ImageSize, Region, View},
     drawing::{Counts, Times},
     exact::decide::Truth,
-    gpu::adapters::PassedOver,
-    load::{self, Copied},
-    output,
     part::Meta,
-    render::{Device, DeviceChoice, Opened},
     text, unseen,
 };
+use planisphere_io::{
+    load::{self, Copied},
+    output,
+};
+use planisphere_renderer::{Device, DeviceChoice, Opened, PassedOver};
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
 #[derive(Serialize)]
@@ -35,7 +36,7 @@ struct Stats<'a> {
     /// Why it was taken.
     device_why: &'a str,
     /// Adapters that were looked at before and not taken.
-    passed_over: &'a [PassedOver],
+    passed_over: Vec<Passed<'a>>,
     /// Columns and rows of the whole image.
     image: [u32; 2],
     /// Column, row, width and height of what was drawn.
@@ -44,6 +45,15 @@ struct Stats<'a> {
     /// Arrays that could not be used where they lie.
     copied: &'a [Copied],
     milliseconds: Milliseconds,
+}
+
+/// An adapter that was not taken.
+#[derive(Serialize)]
+struct Passed<'a> {
+    /// Its name, driver and API.
+    adapter: &'a str,
+    hardware: bool,
+    why: &'a str,
 }
 
 /// Wall-clock time of each step. A step that was not needed is 0.
@@ -169,7 +179,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             scene: request.scene.display().to_string(),
             device: device.description(),
             device_why: &why,
-            passed_over: &passed_over,
+            passed_over: passed(&passed_over),
             image: [image.width, image.height],
             region: [region.x, region.y, region.width, region.height],
             counts: &counts,
@@ -180,6 +190,21 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
         print(&format!("{}\n", text::json(&json)))?;
     }
     Ok(())
+}
+
+#[cfg(feature = "gpu")]
+fn passed<'a>(passed_over: &'a [PassedOver]) -> Vec<Passed<'a>> {
+    let passed = |other: &'a PassedOver| {
+        let PassedOver { adapter, hardware, why } = other;
+        Passed { adapter, hardware: *hardware, why }
+    };
+    passed_over.iter().map(passed).collect()
+}
+
+/// Without the GPU device no adapter is looked at.
+#[cfg(not(feature = "gpu"))]
+fn passed(_: &[PassedOver]) -> Vec<Passed<'_>> {
+    Vec::new()
 }
 
 /// Which device was taken, and why.

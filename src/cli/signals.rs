@@ -19,7 +19,7 @@ pub(super) fn install() {
 
 /// Ends the process while other threads are at work, and leaves nothing behind.
 pub(super) fn end_now(code: u8) -> ! {
-    crate::litter::clear();
+    planisphere_io::litter::clear();
     end(code.into())
 }
 
@@ -41,7 +41,7 @@ pub(super) fn end(code: i32) -> ! {
 mod unix {
     use std::{mem, ptr};
 
-    use crate::litter::{self, SIGNALS};
+    use planisphere_io::litter::{self, SIGNALS};
 
     pub(super) fn install() {
         for signal in SIGNALS {

@@ -6,11 +6,9 @@ use std::{
 };
 
 use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say};
-use crate::{
-    load,
-    render::Device,
-    view::{Display, Shown, Start},
-};
+use planisphere_io::load;
+use planisphere_renderer::Device;
+use planisphere_window::{Display, Shown, Start};
 
 /// Shows the window until it is closed.
 pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {

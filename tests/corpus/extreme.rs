@@ -3,7 +3,7 @@
 //! that cancel but for a subnormal rest.
 
 use glam::DVec3;
-use planisphere::{
+use planisphere_core::{
     camera::{Camera, Projection, ScreenSize, View},
     scene::Sphere,
 };

@@ -1,7 +1,7 @@
 //! Any number of scenes, one for each seed: mixtures of what makes scenes hard, with any camera.
 
 use glam::DVec3;
-use planisphere::{
+use planisphere_core::{
     camera::{Camera, Projection, ScreenSize, View},
     scene::Sphere,
 };

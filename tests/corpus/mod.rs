@@ -9,7 +9,7 @@ pub mod random;
 use std::ops::Range;
 
 use glam::DVec3;
-use planisphere::{
+use planisphere_core::{
     camera::{Camera, ImageSize, Projection, ScreenSize, View},
     scene::{Block, Colors, Radii, Reals, Scene, Sphere},
 };

@@ -23,7 +23,7 @@ use std::{
 };
 
 use dashu_int::IBig;
-use planisphere::{
+use planisphere_core::{
     camera::{Projection, Region, ScreenSize, View},
     scene::Scene,
 };

@@ -1,7 +1,7 @@
 //! Exact numbers of a sphere and a pixel, in 100 bits, and inputs to look for large errors at.
 
 use glam::DVec3;
-use planisphere::{
+use planisphere_core::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{axes::Axis, dd::Bounded, decide::Truth},
     project::Projector,

@@ -1,0 +1,422 @@
+//! The native device: tiles on all cores, f64, no driver.
+//!
+//! How a sphere is drawn into a tile is told in [`crate::tile`]; here, which tiles there are, and
+//! which spheres come when.
+//!
+//! A scene that is drawn for the first time is looked at sphere by sphere: tile lists come in
+//! waves, front spheres first if there are many, and what they hide is not listed again. One that
+//! is drawn again is put in order ([`crate::order`]): each tile then takes groups of neighbours,
+//! nearest first, until what it holds hides the rest.
+
+mod paint;
+
+use std::{
+    ops::Range,
+    sync::{Arc, Mutex},
+};
+
+use rayon::prelude::*;
+
+use crate::{
+    bins::{Binner, Entry, Keep, Window, Workspace, split},
+    camera::{Region, View},
+    cover::{BLOCK, Cover},
+    drawing::{Cancel, DrawError, Drawing, Met},
+    exact::decide::Truth,
+    host::Host,
+    ids::UNDECIDED,
+    order::{GROUP, Ordered, has_room, is_crowded},
+    pool,
+    scene::Scene,
+    tile::{Exact, FilterOnly, Mode, Uncertified},
+};
+use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
+
+/// Side of the largest tile, pixels.
+const SIDE: usize = 64;
+/// Blocks a side of a tile; for each the farthest depth is kept.
+const BLOCKS: usize = SIDE / BLOCK;
+/// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40
+/// after.
+pub const WAVE: usize = 1 << 18;
+/// Pixels of a band at most: its state is 12 bytes a pixel when there are several waves.
+pub const BAND: usize = 4 << 20;
+
+/// log2 of the side of a region's tiles: large ones share work best, as long as there are enough
+/// for all threads.
+pub fn shift(region: Region) -> u32 {
+    let tiles =
+        region.width.div_ceil(SIDE as u32) as usize * region.height.div_ceil(SIDE as u32) as usize;
+    if tiles >= 8 * rayon::current_num_threads() { SIDE.ilog2() } else { SIDE.ilog2() - 1 }
+}
+
+/// Tuning thresholds: from how many spheres (or tiles) on each optimisation is worth its set-up
+/// cost, and how much is done at a time. They never change a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// A scene that is drawn again is put in order.
+    pub order: usize,
+    /// It is found out what large spheres hide.
+    pub cover: usize,
+    /// It is found out how deep spheres lie, and the front ones are drawn first.
+    pub sample: usize,
+    /// About how many entries one wave of lists has at most.
+    pub wave: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE }
+    }
+}
+
+/// The native device: memory that is kept from one picture to the next.
+#[derive(Default)]
+pub struct Cpu {
+    effort: Effort,
+    lists: Workspace<Entry>,
+    tiles: Vec<Tile>,
+    groups: Workspace<Group>,
+    /// [`Scene::identity`] of what was drawn last, and how often.
+    drawn: Option<(u64, u32)>,
+    /// The same scene in order, once it is drawn again; none inside if it cannot be.
+    ordered: Option<Option<Arc<Ordered>>>,
+    /// A good part of that scene's spheres all but coincide.
+    crowded: bool,
+    cancel: Cancel,
+    host: Host,
+}
+
+impl Cpu {
+    /// With other thresholds, to test that they do not show.
+    pub fn with(effort: Effort) -> Self {
+        Self { effort, ..Self::default() }
+    }
+
+    /// With a clock and a look at the memory, which this crate does not have.
+    #[must_use]
+    pub fn on(self, host: Host) -> Self {
+        Self { host, ..self }
+    }
+
+    /// Drawings end when this is cancelled.
+    pub fn cancel_on(&mut self, cancel: &Cancel) {
+        self.cancel = cancel.clone();
+    }
+
+    /// Takes over the order of a scene that will be drawn.
+    pub fn adopt(&mut self, scene: &Scene, ordered: &Arc<Ordered>) {
+        if self.drawn.is_none_or(|drawn| drawn.0 != scene.identity()) || self.ordered.is_none() {
+            (self.drawn, self.ordered) =
+                (Some((scene.identity(), 1)), Some(Some(Arc::clone(ordered))));
+            self.crowded = is_crowded(scene);
+        }
+    }
+
+    /// Finds out whether the scene is worth ordering, and orders it.
+    ///
+    /// To order costs about as much as to draw a few times, and of very many spheres a dozen times.
+    /// It is worth that at once where a good part of the spheres all but coincide: then groups lie
+    /// as a whole inside of other spheres, and equal ones are left out.
+    fn order(&mut self, scene: &Scene, bands: usize) {
+        let before =
+            self.drawn.filter(|drawn| drawn.0 == scene.identity()).map_or(0, |drawn| drawn.1);
+        self.drawn = Some((scene.identity(), before.saturating_add(1)));
+        if before == 0 {
+            self.ordered = None;
+            self.crowded = scene.len() >= self.effort.order && is_crowded(scene);
+        }
+        let again = before >= if scene.len() < LONG { 1 } else { PATIENCE };
+        let worth = again || bands > BANDS || self.crowded;
+        if self.ordered.is_none() && scene.len() >= self.effort.order && worth {
+            let room = has_room(scene, &self.host);
+            self.ordered = Some(room.then(|| Ordered::new(scene)).flatten().map(Arc::new));
+        }
+    }
+
+    /// Draws a region of a view of a scene on all cores.
+    ///
+    /// # Errors
+    /// When there is no such picture, it was cancelled, or memory does not suffice.
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
+        self.draw_as::<Exact>(scene, view, region)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`],
+    /// and counted.
+    ///
+    /// # Errors
+    /// When there is no such picture, it was cancelled, or memory does not suffice.
+    pub fn draw_filter_only(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
+        let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
+        drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
+        Ok(drawing)
+    }
+
+    /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where
+    /// rounding matters.
+    ///
+    /// # Errors
+    /// When there is no such picture, it was cancelled, or memory does not suffice.
+    pub fn draw_uncertified(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
+        self.draw_as::<Uncertified>(scene, view, region)
+    }
+
+    fn draw_as<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+    ) -> Result<Drawing, DrawError> {
+        let mut drawing = Drawing::new(scene, view, region)?;
+        pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing))?;
+        Ok(drawing)
+    }
+
+    /// The same into a drawing that has no ids yet.
+    pub fn draw_into<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        drawing: &mut Drawing,
+    ) -> Result<(), DrawError> {
+        let host = self.host;
+        let truth = Truth::new(view, scene.bounds());
+        let region = drawing.region;
+        let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
+        let begun = host.now();
+        self.order(scene, region.height.div_ceil(rows as u32) as usize);
+        drawing.times.prepare += host.since(begun);
+        let mut top = 0;
+        while top < region.height {
+            let height = (region.height - top).min(rows as u32);
+            let band = Region { y: region.y + top, height, ..region };
+            if !self.draw_groups::<M>(scene, &truth, band, drawing) {
+                self.draw_band::<M>(scene, &truth, band, drawing);
+            }
+            self.cancel.check()?;
+            top += height;
+        }
+        Ok(())
+    }
+
+    /// One band of an ordered scene, or nothing if the scene is not in order or its groups lie in
+    /// too many tiles.
+    fn draw_groups<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        truth: &Truth,
+        band: Region,
+        drawing: &mut Drawing,
+    ) -> bool {
+        let host = self.host;
+        let Some(Some(ordered)) = &self.ordered else { return false };
+        let begun = host.now();
+        let binner = Binner::new(&ordered.groups, truth, band, shift(band));
+        let mut left = split(0..ordered.groups.len());
+        // Where spheres all but coincide, a group costs little in many tiles.
+        let spread = if self.crowded { SPREAD * GROUP } else { SPREAD };
+        let limit = scene.len() / GROUP * spread + binner.grid.tiles();
+        let cover = self.cover(scene, &binner);
+        let depths = Depths::of_tiles(cover.as_ref(), &binner.grid);
+        let visible =
+            Visible::in_front(&vec![f64::INFINITY; depths.len()], &depths, cover.is_some());
+        let lists = binner.lists(&mut left, &visible, limit, &mut self.groups);
+        drawing.times.prepare += host.since(begun);
+        if !left.iter().all(Range::is_empty) {
+            return false;
+        }
+        let drawn = host.now();
+        let sums = Mutex::new(Sums::default());
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, cancel: &self.cancel };
+        painter.paint_once::<M>(Source::Groups(lists, ordered), &depths, &mut drawing.ids);
+        drawing.times.render += host.since(drawn);
+        drawing.counts.tiles += binner.grid.tiles();
+        let empty =
+            (0..binner.grid.tiles()).filter(|&tile| lists.tile(&binner.grid, tile).is_empty());
+        drawing.counts.empty += empty.count();
+        let sums = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        drawing.counts.entries += sums.entries as usize;
+        sums.add_to(&mut drawing.counts);
+        true
+    }
+
+    fn cover(&self, scene: &Scene, binner: &Binner) -> Option<Cover> {
+        if scene.len() >= self.effort.cover { Cover::new(scene, &binner.projector) } else { None }
+    }
+
+    /// One band: its spheres in as many waves as memory wants, front ones first where that saves
+    /// work.
+    fn draw_band<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        truth: &Truth,
+        band: Region,
+        drawing: &mut Drawing,
+    ) {
+        let host = self.host;
+        let begun = host.now();
+        let binner = Binner::new(scene, truth, band, shift(band));
+        let grid = binner.grid;
+        let sums = Mutex::new(Sums::default());
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, cancel: &self.cancel };
+        let cover = self.cover(scene, &binner);
+        let mut depths = Depths::of_tiles(cover.as_ref(), &grid);
+        let mut front = vec![f64::INFINITY; grid.tiles()];
+        if scene.len() >= self.effort.sample {
+            front = front_depths(&binner, &Visible::in_front(&front, &depths, cover.is_some()));
+        }
+        let mut behind = front.iter().any(|&depth| depth < f64::INFINITY);
+        let mut left = split(0..scene.len());
+        let in_front = Visible::in_front(&front, &depths, cover.is_some());
+        let mut lists = binner.lists(&mut left, &in_front, self.effort.wave, &mut self.lists);
+        drawing.times.prepare += host.since(begun);
+        let mut met = lists.met;
+        drawing.counts.tiles += grid.tiles();
+        if !behind && left.iter().all(Range::is_empty) {
+            let drawn = host.now();
+            drawing.counts.entries += lists.entries.len();
+            drawing.counts.empty +=
+                (0..grid.tiles()).filter(|&tile| lists.tile(&grid, tile).is_empty()).count();
+            painter.paint_once::<M>(Source::Spheres(lists), &depths, &mut drawing.ids);
+            drawing.times.render += host.since(drawn);
+        } else {
+            let drawn = host.now();
+            self.tiles.resize_with(grid.tiles(), Tile::default);
+            self.tiles
+                .par_iter_mut()
+                .enumerate()
+                .for_each(|(tile, state)| painter.clear(tile, state));
+            drawing.times.render += host.since(drawn);
+            let mut empty = vec![true; grid.tiles()];
+            let mut second = false;
+            loop {
+                let drawn = host.now();
+                drawing.counts.entries += lists.entries.len();
+                empty
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
+                painter.paint::<M>(Source::Spheres(lists), &mut self.tiles, &mut depths);
+                drawing.times.render += host.since(drawn);
+                if self.cancel.is_cancelled() {
+                    break;
+                }
+                if left.iter().all(Range::is_empty) {
+                    if !std::mem::take(&mut behind) {
+                        break;
+                    }
+                    second = true;
+                    left = split(0..scene.len());
+                }
+                let prepared = host.now();
+                let visible = match second {
+                    false => Visible::in_front(&front, &depths, true),
+                    true => Visible::behind(&front, &depths),
+                };
+                lists = binner.lists(&mut left, &visible, self.effort.wave, &mut self.lists);
+                // The second time the same spheres are on the screen again.
+                met += Met { on_screen: if second { 0 } else { lists.met.on_screen }, ..lists.met };
+                drawing.times.prepare += host.since(prepared);
+            }
+            let drawn = host.now();
+            painter.gather(&self.tiles, &mut drawing.ids);
+            drawing.counts.empty += empty.iter().filter(|empty| **empty).count();
+            drawing.times.render += host.since(drawn);
+        }
+        sums.into_inner()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .add_to(&mut drawing.counts);
+        drawing.counts.note(band == drawing.region, met);
+    }
+}
+
+/// From this many spheres on, a scene that is drawn again is put in order.
+pub const ORDERED: usize = 1 << 14;
+/// From so many on ordering takes many seconds, and waits until it was drawn so often.
+const LONG: usize = 1 << 25;
+const PATIENCE: u32 = 12;
+/// A picture of more bands is drawn from a scene in order at once.
+pub const BANDS: usize = 2;
+/// As long as a group lies in about this many tiles on average, order pays.
+const SPREAD: usize = 32;
+
+/// From this many spheres on, it is found out first how deep they lie.
+pub const SAMPLED: usize = 1 << 17;
+/// How often the boxes of the front spheres cover a tile, by a sample, before a second pass looks
+/// at the rest: little shows through eight layers.
+const LAYERS: u64 = 8;
+
+/// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if
+/// there are not as many. A guess: it decides only the order of work.
+fn front_depths(binner: &Binner, visible: &Visible) -> Vec<f64> {
+    let grid = &binner.grid;
+    let areas = binner.sample(16, visible);
+    areas
+        .chunks(grid.slabs as usize)
+        .map(|slabs| {
+            let mut area = 0;
+            let enough = slabs.iter().position(|pixels| {
+                area += pixels;
+                area >= LAYERS << (2 * grid.shift)
+            });
+            enough.map_or(f64::INFINITY, |slab| grid.slab_start(slab as u32 + 1))
+        })
+        .collect()
+}
+
+/// What begins in front of a depth, or what begins behind it, and is not known to be hidden.
+struct Visible<'a> {
+    /// For each tile.
+    ranges: Vec<[f64; 2]>,
+    /// What is known of each tile, if anything.
+    depths: Option<&'a [Depths]>,
+}
+
+impl<'a> Visible<'a> {
+    fn in_front(front: &[f64], depths: &'a [Depths], hides: bool) -> Self {
+        let ranges = front
+            .iter()
+            .zip(depths)
+            .map(|(front, depths)| [f64::NEG_INFINITY, front.min(depths.farthest)]);
+        Self { ranges: ranges.collect(), depths: hides.then_some(depths) }
+    }
+
+    /// For the second pass: spheres that begin at or behind `front`. One that begins exactly there
+    /// was drawn in the first pass as well, which changes nothing.
+    fn behind(front: &[f64], depths: &'a [Depths]) -> Self {
+        let ranges = front.iter().zip(depths).map(|(&front, depths)| [front, depths.farthest]);
+        Self { ranges: ranges.collect(), depths: Some(depths) }
+    }
+}
+
+impl Keep for Visible<'_> {
+    #[inline(always)]
+    fn depths(&self, tile: usize) -> [f64; 2] {
+        self.ranges[tile]
+    }
+
+    fn farthest(&self) -> f64 {
+        self.ranges.iter().map(|range| range[1]).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    #[inline(always)]
+    fn keep(&self, tile: usize, nearest: f64, window: Window) -> bool {
+        self.depths.is_none_or(|depths| !hidden(&depths[tile], nearest, window))
+    }
+}

@@ -1,0 +1,506 @@
+//! Spheres in an order in which neighbours in space lie together, in groups with a sphere around
+//! each.
+//!
+//! A group that is off the screen or hidden is skipped with all its spheres: that is worth it for
+//! what is drawn more than once, and on a GPU, which takes spheres in this order, at once. It is
+//! made once for a scene, and exactness rests on two things here: a group's sphere holds its
+//! spheres whole, and what is left out is the same as an earlier sphere.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::host::Host;
+use crate::{
+    pair,
+    project::BATCH,
+    scene::{Ball, Block, Colors, Radii, Reals, Scene},
+};
+
+/// Spheres in a group, at most.
+pub const GROUP: usize = BATCH;
+/// Bytes a sphere that it takes at most to put a scene in order, and to keep it.
+pub const BYTES: u64 = 40;
+
+/// Whether the machine has twice the memory that it takes to put a scene in order.
+pub fn has_room(scene: &Scene, host: &Host) -> bool {
+    (host.has_room)(2 * BYTES * scene.len() as u64)
+}
+/// Numbers from 2^-RANGE to 2^RANGE have squares that neither overflow nor vanish.
+const RANGE: i32 = 400;
+
+/// A scene in order.
+pub struct Ordered {
+    /// The same centres and radii, to the bit; colours are left out.
+    pub block: Block,
+    /// Index in the scene of each sphere.
+    pub indices: Vec<u32>,
+    /// First sphere of each group, and their number at the end.
+    pub starts: Vec<u32>,
+    /// Sphere `k` holds group `k` whole.
+    pub groups: Scene,
+}
+
+impl Ordered {
+    /// Of a scene, in groups as tight as may be. Spheres that are the same as an earlier one, which
+    /// are seen nowhere, are left out if there are many. None where exponents are so extreme that
+    /// squares of f64 could leave their range: without it everything works,
+    /// slower.
+    pub fn new(scene: &Scene) -> Option<Self> {
+        usable(scene).then(|| {
+            let arranged = arranged(scene, &distinct(scene));
+            Self::of(scene, arranged)
+        })
+    }
+
+    /// The same, several times sooner made, with looser groups. No group lies across a multiple of
+    /// `part` spheres.
+    pub fn coarse(scene: &Scene, part: usize) -> Option<Self> {
+        usable(scene).then(|| {
+            let arranged = along_a_curve(scene, &distinct(scene), part);
+            Self::of(scene, arranged)
+        })
+    }
+
+    /// Number of spheres.
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
+    }
+
+    fn of(scene: &Scene, (indices, starts): (Vec<u32>, Vec<u32>)) -> Self {
+        let bounds = scene.bounds();
+        let blocks = || scene.blocks().map(|(_, block)| block).filter(|block| !block.is_empty());
+        let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
+        let centers = if single {
+            Reals::F32(
+                gather(&indices, 3, |index, to| {
+                    to.copy_from_slice(&center(scene, index).as_vec3().to_array())
+                })
+                .into(),
+            )
+        } else {
+            Reals::F64(
+                gather(&indices, 3, |index, to| {
+                    to.copy_from_slice(&center(scene, index).to_array())
+                })
+                .into(),
+            )
+        };
+        let radii = if bounds.min_radius == bounds.max_radius {
+            Radii::Same(bounds.max_radius)
+        } else if blocks().all(|block| matches!(block.radii, Radii::Each(Reals::F32(_)))) {
+            Radii::Each(Reals::F32(
+                gather(&indices, 1, |index, to| to[0] = radius(scene, index) as f32).into(),
+            ))
+        } else {
+            Radii::Each(Reals::F64(
+                gather(&indices, 1, |index, to| to[0] = radius(scene, index)).into(),
+            ))
+        };
+        let block = Block { centers, radii, colors: Colors::Same([0; 3]) };
+        let (middles, reaches): (Vec<DVec3>, Vec<f64>) = starts
+            .par_windows(2)
+            .map(|ends| around(&block, ends[0] as usize..ends[1] as usize))
+            .unzip();
+        let groups = Scene::new(vec![Block {
+            centers: Reals::F64(
+                middles.iter().flat_map(DVec3::to_array).collect::<Vec<_>>().into(),
+            ),
+            radii: Radii::Each(Reals::F64(reaches.into())),
+            colors: Colors::Same([0; 3]),
+        }]);
+        Self {
+            block,
+            indices,
+            starts,
+            groups: groups.expect("finite and positive, as the exponents are not extreme"),
+        }
+    }
+
+    /// Where some spheres lie, given by ascending indices in the scene; none for those that are
+    /// left out.
+    pub fn places_of(&self, indices: &[u32]) -> Vec<Option<u32>> {
+        let number = |(place, index): (usize, &u32)| {
+            Some((indices.binary_search(index).ok()?, place as u32))
+        };
+        let found: Vec<(usize, u32)> =
+            self.indices.par_iter().enumerate().filter_map(number).collect();
+        let mut places = vec![None; indices.len()];
+        found.into_iter().for_each(|(number, place)| places[number] = Some(place));
+        places
+    }
+
+    /// The groups of some consecutive spheres, which begin and end with groups.
+    pub fn groups_of(&self, spheres: Range<usize>) -> Range<usize> {
+        let group = |first: usize| self.starts.partition_point(|&start| (start as usize) < first);
+        group(spheres.start)..group(spheres.end)
+    }
+
+    /// The index of the only sphere of a group; none if there are several.
+    pub fn only(&self, group: u32) -> Option<u32> {
+        let [first, end] = [0, 1].map(|k| self.starts[group as usize + k]);
+        (end - first == 1).then(|| self.indices[first as usize])
+    }
+}
+
+/// Whether a good part of a scene's spheres all but coincide, by a sample of them. A guess: it
+/// decides only the order of work.
+pub fn is_crowded(scene: &Scene) -> bool {
+    /// So many are looked at, evenly spread.
+    const SAMPLE: usize = 128;
+    /// About how many pairs of the sample all but coincide if a sixteenth of the spheres lies in
+    /// one place.
+    const PAIRS: usize = SAMPLE * SAMPLE / 512;
+    let sample: Vec<Ball> = (0..SAMPLE.min(scene.len()))
+        .map(|k| scene.known(k * scene.len() / SAMPLE.min(scene.len())).into())
+        .collect();
+    let mut pairs = 0;
+    for (k, one) in sample.iter().enumerate() {
+        pairs += sample[..k].iter().filter(|other| pair::near(one, other)).count();
+        if pairs >= PAIRS {
+            return true;
+        }
+    }
+    false
+}
+
+/// Whether no square of a distance leaves the range of f64, and memory is not short.
+fn usable(scene: &Scene) -> bool {
+    let bounds = scene.bounds();
+    let limit = f64::from(RANGE).exp2();
+    let far = bounds.max_center.abs().max(bounds.min_center.abs()).max_element();
+    far < limit && bounds.max_radius < limit && bounds.min_radius > 1.0 / limit && !scene.is_empty()
+}
+
+fn center(scene: &Scene, index: u32) -> DVec3 {
+    let (block, at) = scene.locate(index as usize);
+    block.center(at)
+}
+
+fn radius(scene: &Scene, index: u32) -> f64 {
+    let (block, at) = scene.locate(index as usize);
+    block.radius(at)
+}
+
+/// `width` numbers of each of some spheres.
+fn gather<T: Copy + Default + Send + Sync>(
+    indices: &[u32],
+    width: usize,
+    write: impl Fn(u32, &mut [T]) + Sync,
+) -> Vec<T> {
+    const PART: usize = 1 << 12;
+    let mut numbers = vec![T::default(); width * indices.len()];
+    numbers.par_chunks_mut(width * PART).zip(indices.par_chunks(PART)).for_each(
+        |(numbers, indices)| {
+            numbers.chunks_exact_mut(width).zip(indices).for_each(|(to, &index)| write(index, to));
+        },
+    );
+    numbers
+}
+
+/// A sphere that holds a group whole. The factor is far above the roundings of a distance and a
+/// sum.
+fn around(block: &Block, spheres: Range<usize>) -> (DVec3, f64) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for sphere in spheres.clone() {
+        (low, high) = (low.min(block.center(sphere)), high.max(block.center(sphere)));
+    }
+    let middle = 0.5 * low + 0.5 * high;
+    let reach = |sphere| block.center(sphere).distance(middle) + block.radius(sphere);
+    (middle, spheres.map(reach).fold(0.0, f64::max) * (1.0 + 1e-12))
+}
+
+/// A sphere to be put in order.
+#[derive(Clone, Copy, Default)]
+struct Item {
+    /// Place in the scene's box, from 0 to [`ONE`] on its longest side; the last bits of x are the
+    /// sphere's class of size.
+    at: [u32; 3],
+    index: u32,
+}
+
+const ONE: f64 = (1u64 << 32) as f64;
+/// Classes of size, as a power of two.
+const CLASSES: u32 = 2;
+
+impl Item {
+    /// Number of its class, and of its cell among those of `1 << bits` along each axis.
+    #[inline(always)]
+    fn cell(&self, bits: u32) -> usize {
+        let [x, y, z] = self.at.map(|at| at.checked_shr(32 - bits).unwrap_or(0) as usize);
+        let class = self.at[0] as usize % (1 << CLASSES);
+        (((((class << bits) | x) << bits) | y) << bits) | z
+    }
+}
+
+/// The size class of a sphere. Large spheres get clusters of their own: among small ones they would
+/// make the cluster's bounding sphere large.
+fn class(greatest: f64, radius: f64) -> u32 {
+    let exponent = |value: f64| (value.to_bits() >> 52) as u32;
+    ((exponent(greatest) - exponent(radius)) / 3).min((1 << CLASSES) - 1)
+}
+
+/// Turns counts into where each begins, from `first` on. Returns where the last ends.
+fn add_up(counts: &mut [u32], first: u32) -> u32 {
+    counts.iter_mut().fold(first, |total, count| total + std::mem::replace(count, total))
+}
+
+/// Indices in ascending order, without those of spheres that are the same as an earlier one: all of
+/// them, unless many are the same.
+fn distinct(scene: &Scene) -> Vec<u32> {
+    /// A first look takes one sphere in this many. A hash of its numbers chooses it, so that equal
+    /// spheres are chosen together.
+    const SAMPLE: u64 = 64;
+    let same = |a: u32, b: u32| {
+        center(scene, a) == center(scene, b) && radius(scene, a) == radius(scene, b)
+    };
+    let hash = |index: u32| {
+        let DVec3 { x, y, z } = center(scene, index);
+        [x, y, z, radius(scene, index)].iter().fold(0u64, |hash, number| {
+            // Both zeros are equal.
+            let mixed = (hash ^ (number + 0.0).to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            mixed ^ mixed >> 32
+        })
+    };
+    // Spheres of some hashes, and the later ones of those that are the same.
+    let repeated = |of: u64| {
+        let hashes = (0..scene.len() as u32)
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(|index| (hash(index), index));
+        let mut hashes: Vec<(u64, u32)> = hashes.filter(|(hash, _)| hash % of == 0).collect();
+        hashes.par_sort_unstable();
+        let later = hashes.par_chunk_by(|a, b| a.0 == b.0).flat_map_iter(|equal| {
+            // Different spheres seldom have one hash: what is the same as the first of them is
+            // enough.
+            let first = equal[0].1;
+            equal[1..].iter().map(|(_, index)| *index).filter(move |&index| same(first, index))
+        });
+        (later.collect::<Vec<u32>>(), hashes.len())
+    };
+    let (some, of) = repeated(SAMPLE);
+    let all = 0..scene.len() as u32;
+    if some.len() * 16 <= of {
+        return all.collect();
+    }
+    let mut keep = vec![true; scene.len()];
+    repeated(1).0.into_iter().for_each(|index| keep[index as usize] = false);
+    all.filter(|&index| keep[index as usize]).collect()
+}
+
+/// Some indices along a Morton curve through the cells of a grid, in their order inside of each;
+/// and where groups begin.
+fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32>) {
+    // About 32 spheres to a cell, at most 2^18 cells.
+    let bits = ((some.len() / 32).max(1).ilog2() / 3).clamp(1, 6);
+    let cells = 1usize << (3 * bits);
+    let bounds = scene.bounds();
+    let per_length = f64::from(1 << bits) / (bounds.max_center - bounds.min_center);
+    // The bits of a coordinate with two zeros between each.
+    let spread = |c: u32| (0..bits).map(|k| (c >> k & 1) << (3 * k)).sum::<u32>();
+    let spread: Vec<u32> = (0..1 << bits).map(spread).collect();
+    let mut indices = vec![0; some.len()];
+    let mut starts =
+        Vec::with_capacity(some.len() / GROUP + (some.len().div_ceil(part) << CLASSES) + 1);
+    for (number, some) in some.chunks(part).enumerate() {
+        let key = |&index: &u32| {
+            // A cast of what is NaN, on an axis without extent, gives 0.
+            let cell = (center(scene, index) - bounds.min_center) * per_length;
+            let [x, y, z] = cell.to_array().map(|c| spread[(c as usize).min(spread.len() - 1)]);
+            class(bounds.max_radius, radius(scene, index)) << (3 * bits) | x | y << 1 | z << 2
+        };
+        let keys: Vec<u32> = some.par_iter().with_min_len(1 << 12).map(key).collect();
+        let mut next = vec![0; cells << CLASSES];
+        keys.iter().for_each(|&key| next[key as usize] += 1);
+        let end = add_up(&mut next, (number * part) as u32);
+        for class in 0..1 << CLASSES {
+            let after = next.get((class + 1) * cells).copied().unwrap_or(end);
+            starts.extend((next[class * cells]..after).step_by(GROUP));
+        }
+        for (&index, key) in some.iter().zip(keys) {
+            let place = &mut next[key as usize];
+            indices[*place as usize] = index;
+            *place += 1;
+        }
+    }
+    starts.push(indices.len() as u32);
+    (indices, starts)
+}
+
+/// Some indices such that those of a group lie close together, and where groups begin. First by
+/// cells, as this is soon done, and inside of each by halves of halves across the longest side.
+fn arranged(scene: &Scene, some: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let bounds = scene.bounds();
+    let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
+    let item = |&index: &u32| {
+        // A cast of what is NaN, where the box is a point, gives 0.
+        let mut at =
+            ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
+        at[0] = at[0] & !((1 << CLASSES) - 1) | class(bounds.max_radius, radius(scene, index));
+        Item { at, index }
+    };
+    let items: Vec<Item> = some.par_iter().with_min_len(1 << 12).map(item).collect();
+    // At least a thousand spheres to a cell, or there would be many groups that are not full.
+    let bits = (some.len() >> 10).max(1).ilog2() / 3;
+    let mut ends = vec![0u32; 1 << (CLASSES + 3 * bits)];
+    items.iter().for_each(|item| ends[item.cell(bits)] += 1);
+    let total = add_up(&mut ends, 0);
+    let mut starts = Vec::with_capacity(some.len() / GROUP + ends.len());
+    let nexts = ends[1..].iter().copied().chain([total]);
+    ends.iter().zip(nexts).for_each(|(&start, next)| starts.extend((start..next).step_by(GROUP)));
+    starts.push(total);
+    let mut by_cell = vec![Item::default(); items.len()];
+    for item in items {
+        let place = &mut ends[item.cell(bits)];
+        by_cell[*place as usize] = item;
+        *place += 1;
+    }
+    by_cell.par_chunk_by_mut(|a, b| a.cell(bits) == b.cell(bits)).for_each(arrange);
+    (by_cell.into_par_iter().map(|item| item.index).collect(), starts)
+}
+
+fn arrange(items: &mut [Item]) {
+    if items.len() <= GROUP {
+        return;
+    }
+    let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
+    for item in &*items {
+        for k in 0..3 {
+            (low[k], high[k]) = (low[k].min(item.at[k]), high[k].max(item.at[k]));
+        }
+    }
+    let axis = (0..3).max_by_key(|&k| high[k] - low[k]).unwrap_or(0);
+    let middle = items.len().div_ceil(GROUP) / 2 * GROUP;
+    items.select_nth_unstable_by_key(middle, |item| item.at[axis]);
+    let (front, back) = items.split_at_mut(middle);
+    if back.len() < 1 << 12 {
+        arrange(front);
+        arrange(back);
+    } else {
+        rayon::join(|| arrange(front), || arrange(back));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Sphere;
+
+    fn spheres(count: usize, place: impl Fn(f64, f64, f64) -> DVec3) -> Scene {
+        let sphere = |k: usize| {
+            let [x, y, z] = [3, 5, 7].map(|m| (k * 1_000_003 * m % 65_537) as f64 / 65_537.0);
+            let radius = if k.is_multiple_of(100) { 30.0 } else { 1e-3 * (1.0 + x) };
+            Sphere { center: place(x, y, z), radius, color: [0; 3] }
+        };
+        Scene::from_spheres(&(0..count).map(sphere).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn groups_hold_their_spheres_and_lie_close_together() {
+        let cube = spheres(20_000, DVec3::new);
+        // All but eight in one heap, far smaller than a cell.
+        let heap =
+            spheres(20_000, |x, y, z| DVec3::new(x, y, z) * if x < 4e-4 { 1e9 } else { 1.0 });
+        let point = spheres(500, |x, _, _| DVec3::ONE + 1e-12 * x);
+        for (scene, close) in [(&cube, 0.5), (&heap, 0.5), (&point, 1e-9)] {
+            assert!(loose(scene, &Ordered::new(scene).unwrap(), close) < scene.len() / 20);
+        }
+        // A few groups of a curve leap.
+        for part in [7, 9000, 20_000, 1 << 20] {
+            let ordered = Ordered::coarse(&cube, part).unwrap();
+            assert!(part < GROUP || loose(&cube, &ordered, 0.5) < cube.len() / 5);
+            for start in (0..cube.len()).step_by(part) {
+                let spheres = start..cube.len().min(start + part);
+                assert!(
+                    ordered.indices[spheres.clone()]
+                        .iter()
+                        .all(|&index| spheres.contains(&(index as usize)))
+                );
+                let groups = ordered.groups_of(spheres.clone());
+                let ends = [groups.start, groups.end].map(|group| ordered.starts[group] as usize);
+                assert_eq!(ends, [spheres.start, spheres.end]);
+            }
+        }
+        loose(&heap, &Ordered::coarse(&heap, 20_000).unwrap(), 0.5);
+    }
+
+    #[test]
+    fn of_many_that_are_the_same_the_first_is_kept() {
+        let once: Vec<Sphere> = (0..3000).map(|k| spheres(3000, DVec3::new).known(k)).collect();
+        let mut several = once.clone();
+        // Some as they are, some that differ by the sign of zero or by the radius alone.
+        several.extend(once[..2000].iter().rev());
+        several.extend(once[..500].iter().map(|s| Sphere { radius: 2.0 * s.radius, ..*s }));
+        several.extend([0.0, -0.0].map(|x| Sphere {
+            center: DVec3::new(x, 0.5, 0.5),
+            radius: 0.1,
+            color: [0; 3],
+        }));
+        let scene = Scene::from_spheres(&several).unwrap();
+        let want: Vec<u32> = (0..3000).chain(5000..5501).collect();
+        assert_eq!(distinct(&scene), want);
+        for ordered in [Ordered::new(&scene), Ordered::coarse(&scene, 1000)].map(Option::unwrap) {
+            let mut kept = ordered.indices.clone();
+            kept.sort_unstable();
+            assert_eq!((kept, ordered.len(), ordered.block.len()), (want.clone(), 3501, 3501));
+        }
+        // A few are not worth the search.
+        let few = Scene::from_spheres(&[&once[..], &once[..20]].concat()).unwrap();
+        assert_eq!(distinct(&few).len(), 3020);
+    }
+
+    /// How many small spheres lie in groups that are not `close`; fails where an order is none.
+    fn loose(scene: &Scene, ordered: &Ordered, close: f64) -> usize {
+        let mut seen = ordered.indices.clone();
+        seen.sort_unstable();
+        assert!(seen.iter().copied().eq(0..scene.len() as u32), "a permutation");
+        let mut loose = 0;
+        assert_eq!(ordered.starts.len(), ordered.groups.len() + 1);
+        assert!(
+            ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0])))
+        );
+        for (place, &index) in ordered.indices.iter().enumerate() {
+            let sphere = scene.known(index as usize);
+            assert_eq!(
+                (ordered.block.center(place), ordered.block.radius(place)),
+                (sphere.center, sphere.radius)
+            );
+            let group = ordered
+                .groups
+                .known(ordered.starts.partition_point(|&start| start as usize <= place) - 1);
+            assert!(group.center.distance(sphere.center) + sphere.radius <= group.radius);
+            loose += usize::from(sphere.radius < 1.0 && group.radius > close + 2e-3);
+        }
+        loose
+    }
+
+    #[test]
+    fn numbers_are_kept_in_their_kind() {
+        let block = |centers: Vec<f32>, radii| Block {
+            centers: Reals::F32(centers.into()),
+            radii,
+            colors: Colors::Same([0; 3]),
+        };
+        let same = Ordered::new(&Scene::new(vec![block(vec![0.1; 9], Radii::Same(0.3))]).unwrap())
+            .unwrap();
+        assert!(matches!(
+            (&same.block.centers, &same.block.radii),
+            (Reals::F32(_), Radii::Same(_))
+        ));
+        let blocks =
+            vec![block(vec![0.1; 9], Radii::Same(0.3)), block(vec![0.7; 3], Radii::Same(0.1))];
+        let ordered = Ordered::new(&Scene::new(blocks.clone()).unwrap()).unwrap();
+        assert!(matches!(
+            (&ordered.block.centers, &ordered.block.radii),
+            (Reals::F32(_), Radii::Each(Reals::F64(_)))
+        ));
+        let tiny = Scene::new(vec![block(vec![0.1; 3], Radii::Same(1e-200))]).unwrap();
+        assert!(Ordered::new(&tiny).is_none(), "squares vanish");
+    }
+}

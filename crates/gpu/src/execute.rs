@@ -1,0 +1,482 @@
+//! Passes of a plan, run: tables and entries to the device, dispatches, ids back.
+
+use std::{
+    collections::HashMap,
+    mem::MaybeUninit,
+    sync::{Mutex, PoisonError},
+    time::Duration,
+};
+
+use super::{
+    Chunk,
+    lists::{Spheres, Wave},
+    memory::Growing,
+};
+use crate::plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS};
+use planisphere_core::{
+    camera::Region,
+    drawing::DrawError,
+    ids::{NONE, UNDECIDED},
+    pool, simd,
+};
+use planisphere_shaders::{FANS, Lanes, PLANES, STATES, TILES_TOGETHER, Variant};
+
+/// A device that does not answer for as long is lost.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+const SIDE: usize = TILE as usize;
+
+struct Pipeline {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+}
+
+/// Device, pipelines made so far, and buffers of the frame.
+pub struct Executor {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    /// How kernels fetch lists.
+    pub lanes: Lanes,
+    /// Off only in benchmarks.
+    pub certain: bool,
+    /// Workgroups in one dimension.
+    pub workgroups: u32,
+    /// Dispatches since the device was opened.
+    pub dispatches: u64,
+    pipelines: HashMap<Variant, Pipeline>,
+    frame: Growing,
+    entries: Growing,
+    tiles: Growing,
+    fans: Growing,
+    planes: Growing,
+    ids: Growing,
+    states: Growing,
+    /// Where ids are copied for the host to read; none where it reads them in place.
+    staging: Option<Growing>,
+}
+
+impl Executor {
+    /// Nothing is allocated or compiled yet.
+    pub fn new(device: wgpu::Device, queue: wgpu::Queue, lanes: Lanes) -> Self {
+        use wgpu::BufferUsages as U;
+        let storage = U::STORAGE | U::COPY_DST;
+        // A device that is software has but one memory.
+        let in_place = device.features().contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS);
+        Self {
+            lanes,
+            certain: true,
+            workgroups: device.limits().max_compute_workgroups_per_dimension,
+            dispatches: 0,
+            pipelines: HashMap::new(),
+            frame: Growing::new("frame", U::UNIFORM | U::COPY_DST),
+            entries: Growing::new("entries", storage),
+            tiles: Growing::new("tiles", storage),
+            fans: Growing::new("fans", storage),
+            planes: Growing::new("planes", storage),
+            ids: Growing::new("ids", U::STORAGE | if in_place { U::MAP_READ } else { U::COPY_SRC }),
+            states: Growing::new("states", U::STORAGE),
+            staging: (!in_place).then(|| Growing::new("staging", U::MAP_READ | U::COPY_DST)),
+            device,
+            queue,
+        }
+    }
+
+    /// Runs passes. With `slots`, each tile has a single segment in the whole band: its number is
+    /// appended to `slots`, and its ids lie at that slot of the id buffer. Without, the device
+    /// merges what a pass finds into the state of the tile, and [`Executor::finish`] makes ids of
+    /// the states.
+    pub fn run(
+        &mut self,
+        eye: &Eye,
+        band: &Band,
+        chunk: &Chunk,
+        wave: &Wave,
+        passes: &[Pass],
+        mut slots: Option<&mut Vec<u32>>,
+    ) -> Result<(), DrawError> {
+        let pixels = match &slots {
+            Some(_) => passes.iter().map(|pass| pass.segments.len()).sum::<usize>() * TILE_PIXELS,
+            None => band.tiles() * TILE_PIXELS,
+        };
+        self.reserve(pixels, slots.is_none());
+        // The host's own bound of where a sphere begins is far below `delta_depth`.
+        let lists = wave.lists();
+        let disorder = eye.steps(lists.disorder) + 4.0 * eye.frame.delta_depth;
+        let mut present = None;
+        for (number, pass) in passes.iter().enumerate() {
+            if present.as_ref() != Some(&pass.window) {
+                self.entries.write(&self.device, &self.queue, &lists.entries[pass.window.clone()]);
+                present = Some(pass.window.clone());
+            }
+            let first = slots.as_ref().map(|slots| slots.len() as u32);
+            if let Some(slots) = &mut slots {
+                slots.extend(pass.segments.iter().map(|segment| segment.tile));
+            }
+            let place = |k: usize, segment: &Segment| match first {
+                Some(first) => (first + k as u32) | FRESH | LAST,
+                None => segment.tile | if segment.fresh { FRESH } else { 0 },
+            };
+            let tiles = tile_table(band, &pass.segments, place);
+            let frame = plan::Frame { disorder, ..eye.frame };
+            let submission = self.dispatch(
+                eye,
+                band,
+                chunk,
+                frame,
+                (pass.clipped, pass.few),
+                first.is_none(),
+                &pass.segments,
+                &tiles,
+            );
+            // Uploads of later entries wait in memory until earlier ones are done.
+            if passes.get(number + 1).is_none_or(|next| next.window != pass.window) {
+                self.wait(Some(submission))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes ids of what several passes found of some tiles.
+    pub fn finish(
+        &mut self,
+        eye: &Eye,
+        band: &Band,
+        chunk: &Chunk,
+        met: &[u32],
+    ) -> Result<(), DrawError> {
+        if met.is_empty() {
+            return Ok(());
+        }
+        // An empty list finds nothing new.
+        let segments: Vec<Segment> =
+            met.iter().map(|&tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
+        let tiles = tile_table(band, &segments, |_, segment| segment.tile | LAST);
+        let submission =
+            self.dispatch(eye, band, chunk, eye.frame, (false, false), true, &segments, &tiles);
+        self.wait(Some(submission))
+    }
+
+    fn reserve(&mut self, pixels: usize, states: bool) {
+        self.ids.reserve(&self.device, (pixels * 4) as u64);
+        if states {
+            self.states.reserve(&self.device, (pixels * size_of::<plan::State>()) as u64);
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "each is a thing of its own, and two callers")]
+    fn dispatch(
+        &mut self,
+        eye: &Eye,
+        band: &Band,
+        chunk: &Chunk,
+        frame: plan::Frame,
+        (clipped, few): (bool, bool),
+        merged: bool,
+        segments: &[Segment],
+        tiles: &[plan::Tile],
+    ) -> wgpu::SubmissionIndex {
+        let variant = Variant {
+            projection: eye.projection(),
+            clipped,
+            merged,
+            certain: self.certain,
+            lanes: self.lanes,
+            few,
+        };
+        self.prepare_pipeline(variant);
+        let (device, queue) = (&self.device, &self.queue);
+        self.tiles.write(device, queue, tiles);
+        let bindings = variant.bindings();
+        let has = |number| bindings.iter().any(|b| b.0 == number);
+        let places = segments.iter().map(|segment| band.place(segment.tile));
+        if has(FANS) {
+            self.fans.write(
+                device,
+                queue,
+                &places.clone().map(|place| place.fan).collect::<Vec<_>>(),
+            );
+        }
+        if has(PLANES) {
+            self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
+        }
+        let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { TILE };
+        let groups = (tiles.len() as u32).div_ceil(together);
+        let row = groups.min(self.workgroups);
+        let frame = plan::Frame {
+            first: chunk.range.start as u32,
+            tiles: tiles.len() as u32,
+            row,
+            ..frame
+        };
+        self.frame.write(device, queue, &[frame]);
+        let resource = |number| match number {
+            0 => self.frame.binding(),
+            1 => chunk.buffer.as_entire_binding(),
+            2 => self.entries.binding(),
+            3 => self.tiles.binding(),
+            4 => self.ids.binding(),
+            STATES => self.states.binding(),
+            FANS => self.fans.binding(),
+            _ => self.planes.binding(),
+        };
+        let Pipeline { pipeline, layout } = &self.pipelines[&variant];
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|&(binding, _)| wgpu::BindGroupEntry { binding, resource: resource(binding) })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout,
+            entries: &entries,
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            compute.set_pipeline(pipeline);
+            compute.set_bind_group(0, &group, &[]);
+            compute.dispatch_workgroups(row, groups.div_ceil(row), 1);
+        }
+        self.dispatches += 1;
+        queue.submit([encoder.finish()])
+    }
+
+    /// Until a submission is done, or the last.
+    pub fn wait(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), DrawError> {
+        self.device
+            .poll(wgpu::PollType::Wait { submission_index, timeout: Some(PATIENCE) })
+            .map(|_| ())
+            .map_err(|error| DrawError::Device(error.to_string()))
+    }
+
+    /// Brings the ids of the first `tiles` places back, 64 a tile.
+    pub fn read_back(&mut self, tiles: usize, take: impl FnOnce(&[i32])) -> Result<(), DrawError> {
+        let size = (tiles * TILE_PIXELS * 4) as u64;
+        if size == 0 {
+            take(&[]);
+            return Ok(());
+        }
+        let Some(ids) = self.ids.get() else {
+            return Err(DrawError::Device("there are no ids to bring back".into()));
+        };
+        let mut copied = None;
+        let readable = match &mut self.staging {
+            None => ids.clone(),
+            Some(staging) => {
+                let staging = staging.reserve(&self.device, size);
+                let mut encoder =
+                    self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
+                copied = Some(self.queue.submit([encoder.finish()]));
+                staging.clone()
+            }
+        };
+        let slice = readable.slice(..size);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| {
+            let _ = sender.send(result);
+        });
+        self.wait(copied)?;
+        let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
+        receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        let view =
+            slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
+        take(bytemuck::cast_slice(&view));
+        drop(view);
+        readable.unmap();
+        Ok(())
+    }
+
+    /// Makes a pipeline unless it is there.
+    fn prepare_pipeline(&mut self, variant: Variant) {
+        if self.pipelines.contains_key(&variant) {
+            return;
+        }
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("tiles"),
+            source: wgpu::ShaderSource::Wgsl(variant.source().text.into()),
+        });
+        let entry = |(binding, written): (u32, bool)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: match binding {
+                    0 => wgpu::BufferBindingType::Uniform,
+                    _ => wgpu::BufferBindingType::Storage { read_only: !written },
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let layout = self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("tiles"),
+            entries: &variant.bindings().into_iter().map(entry).collect::<Vec<_>>(),
+        });
+        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("tiles"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("tiles"),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        self.pipelines.insert(variant, Pipeline { pipeline, layout });
+    }
+}
+
+/// The tiles of some segments as the device has them.
+fn tile_table(
+    band: &Band,
+    segments: &[Segment],
+    place: impl Fn(usize, &Segment) -> u32,
+) -> Vec<plan::Tile> {
+    segments
+        .iter()
+        .enumerate()
+        .map(|(k, segment)| plan::Tile {
+            start: segment.start,
+            count: segment.count,
+            slot: place(k, segment),
+            ..band.place(segment.tile).tile
+        })
+        .collect()
+}
+
+/// In place of a slot: the tile was not dispatched, and shows its background.
+pub const BACKGROUND: u32 = u32::MAX;
+/// See [`BACKGROUND`].
+pub const HOST: u32 = u32::MAX - 1;
+
+/// The most rows of tiles that a thread copies at a time. Their undecided pixels are resolved
+/// together.
+const ROWS: usize = 8;
+
+/// What is known of a band when the device is done.
+#[derive(Clone, Copy)]
+pub struct Answers<'a> {
+    /// The band.
+    pub region: Region,
+    /// Tiles in a row.
+    pub columns: u32,
+    /// Where the pixels of each tile lie among those brought back; or [`BACKGROUND`], or [`HOST`].
+    pub slots: &'a [u32],
+    /// What is seen of each tile where nothing was found.
+    pub backgrounds: &'a [i32],
+    /// What is drawn.
+    pub spheres: Spheres<'a>,
+}
+
+impl Answers<'_> {
+    /// Writes the ids of the whole band: the device's answers, `found`, over the tiles'
+    /// backgrounds.
+    ///
+    /// Each thread copies a few rows of tiles. If pixels of these are undecided, it calls `at_once`
+    /// with their tiles in ascending order, the first row of tiles, and the ids of all the rows;
+    /// `at_once` returns whether it resolved them. Returns the tiles that are still undecided, in
+    /// ascending order, each with a mask of its undecided pixels.
+    pub fn fill(
+        &self,
+        ids: &mut [MaybeUninit<i32>],
+        found: &[i32],
+        at_once: impl Fn(&[(u32, Pixels)], u32, &mut [i32]) -> bool + Sync,
+    ) -> Vec<(u32, Pixels)> {
+        let (width, columns) = (self.region.width as usize, self.columns as usize);
+        let left_over = Mutex::new(Vec::new());
+        // Four pieces a thread, as some are sooner done than others.
+        let rows = (self.slots.len() / columns / (4 * rayon::current_num_threads())).clamp(1, ROWS);
+        pool::each_of(ids.chunks_mut(width * SIDE * rows).enumerate(), |(piece, ids)| {
+            let mut open = Vec::new();
+            for (row, ids) in ids.chunks_mut(width * SIDE).enumerate() {
+                self.fill_row(piece * rows + row, ids, found, &mut open);
+            }
+            if open.is_empty() {
+                return;
+            }
+            // SAFETY: `fill_row` wrote all of each row.
+            let ids = unsafe { ids.assume_init_mut() };
+            if !at_once(&open, (piece * rows) as u32, ids) {
+                left_over.lock().unwrap_or_else(PoisonError::into_inner).append(&mut open);
+            }
+        });
+        let mut left_over = left_over.into_inner().unwrap_or_else(PoisonError::into_inner);
+        left_over.sort_unstable();
+        left_over
+    }
+
+    /// Writes all pixels of a row of tiles, and appends what is left over there.
+    fn fill_row(
+        &self,
+        row: usize,
+        ids: &mut [MaybeUninit<i32>],
+        found: &[i32],
+        open: &mut Vec<(u32, Pixels)>,
+    ) {
+        let (width, columns) = (self.region.width as usize, self.columns as usize);
+        let of_row = row * columns..(row + 1) * columns;
+        let (slots, backgrounds) = (&self.slots[of_row.clone()], &self.backgrounds[of_row]);
+        // Backgrounds first, one row of pixels after the other, because memory is written fastest
+        // in order. The device's ids follow while these rows are still in the cache.
+        let mut runs: Vec<(usize, i32)> = Vec::new();
+        for (column, (&slot, &background)) in slots.iter().zip(backgrounds).enumerate() {
+            let id = if slot == HOST { UNDECIDED } else { background };
+            let end = ((column + 1) * SIDE).min(width);
+            match runs.last_mut() {
+                Some(last) if last.1 == id => last.0 = end,
+                _ => runs.push((end, id)),
+            }
+        }
+        for ids in ids.chunks_mut(width) {
+            let mut first = 0;
+            for &(end, id) in &runs {
+                simd::dispatch(simd::Fill { to: &mut ids[first..end], value: id });
+                first = end;
+            }
+        }
+        let height = ids.len() / width;
+        for (column, &slot) in slots.iter().enumerate().filter(|(_, slot)| **slot != BACKGROUND) {
+            let first = column * SIDE;
+            let across = SIDE.min(width - first);
+            let mut pixels = Pixels::MAX;
+            if slot != HOST {
+                let found = &found[slot as usize * TILE_PIXELS..][..TILE_PIXELS];
+                for (row, ids) in ids.chunks_mut(width).enumerate() {
+                    for (id, column) in
+                        ids[first..first + across].iter_mut().zip(found.chunks_exact(SIDE))
+                    {
+                        let place = column[row];
+                        if place != NONE {
+                            id.write(if place < 0 {
+                                UNDECIDED
+                            } else {
+                                self.spheres.index(place as u32) as i32
+                            });
+                        }
+                    }
+                }
+                if found.iter().all(|&place| place >= NONE) {
+                    continue;
+                }
+                pixels = found
+                    .iter()
+                    .rev()
+                    .fold(0, |open, &place| open << 1 | Pixels::from(place < NONE));
+            }
+            open.push(((row * columns + column) as u32, pixels & inside(across, height)));
+        }
+    }
+}
+
+/// Some pixels of a tile, column by column, a bit for each.
+pub type Pixels = u64;
+const _: () = assert!(TILE_PIXELS == Pixels::BITS as usize);
+
+/// The pixels of a tile in its first columns and rows.
+fn inside(across: usize, height: usize) -> Pixels {
+    let column = 0xff >> (SIDE - height);
+    (0..across).fold(0, |pixels, k| pixels | column << (k * SIDE))
+}

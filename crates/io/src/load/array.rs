@@ -1,0 +1,1035 @@
+//! What an array must be for the key that names it, and what to do about one that is not.
+//!
+//! Centres are rows of three numbers, radii one number each, colours rows of three bytes. What
+//! holds just these numbers is read, whatever their type, byte order and order in the file: in
+//! place where they lie as the engine reads them, else copied and said so. Everything else is
+//! refused with the way from what the file holds to what is needed. A fix that is written in Python
+//! loses, rounds and guesses nothing; where no expression can promise that, the fix says what is to
+//! be decided.
+
+use std::{ops::Range, path::PathBuf, sync::Arc};
+
+use bytes::Bytes;
+use rayon::prelude::*;
+
+use crate::{
+    load::mapped::{Mapped, OpenError, ReadError, SMALL, open_regular, read_at, read_whole},
+    npy::read::{self as npy, BEGINNING, Descr, Field, Header, Kind, Number, Refused},
+};
+use planisphere_core::scene::{Column, Reals};
+use planisphere_core::text;
+use planisphere_memory as memory;
+
+/// What an array is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    Centers,
+    Radii,
+    Colors,
+}
+
+impl Key {
+    /// Types that it may have.
+    fn types(self) -> &'static str {
+        match self {
+            Self::Centers | Self::Radii => "float32, float64 or integers are needed",
+            Self::Colors => "uint8, or other integers from 0 to 255, are needed",
+        }
+    }
+
+    /// What to make of something that holds no numbers.
+    fn example(self) -> &'static str {
+        match self {
+            Self::Centers => {
+                "save an array of numbers, one row of x, y and z for each sphere, such as \
+                 numpy.array(rows, 'f8')"
+            }
+            Self::Radii => {
+                "save an array of numbers, one radius for each sphere, such as numpy.array(radii, \
+                 'f8')"
+            }
+            Self::Colors => {
+                "save an array of integers from 0 to 255, one row of red, green and blue for each \
+                 sphere, such as numpy.array(rows, 'u1')"
+            }
+        }
+    }
+}
+
+/// An array that was copied into memory, for `--stats`.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Copied {
+    /// The file.
+    pub array: PathBuf,
+    /// Why it could not be used where it lies.
+    pub why: String,
+    /// Bytes that the copy takes.
+    pub bytes: usize,
+}
+
+/// A file that holds an array, its numbers untouched.
+pub(super) struct Array {
+    /// All of the file.
+    bytes: Bytes,
+    /// Where the numbers begin.
+    offset: usize,
+    header: Header,
+    path: PathBuf,
+    /// What is asked whether the file has changed, where it was not read at once.
+    pub mapped: Option<Arc<Mapped>>,
+}
+
+/// Numbers as the scene takes them.
+pub(super) struct Taken<T> {
+    pub numbers: T,
+    /// Unless they lie in the file.
+    pub copied: Option<Copied>,
+}
+
+/// A code that does what is needed to `array`, for the end of a fix.
+fn save(code: &str) -> String {
+    format!("numpy.save(name, {code})")
+}
+
+impl Array {
+    /// Opens a file and reads its header.
+    ///
+    /// # Errors
+    /// When it is not an array, whole.
+    pub fn open(path: PathBuf) -> Result<Self, Refused> {
+        let (file, metadata) = open_regular(&path).map_err(|error| match error {
+            OpenError::Missing => Refused::new(
+                error.to_string(),
+                "write the file or correct the name, which is relative to the scene file's folder \
+                 (`planisphere make` writes the arrays of the example scenes)",
+            ),
+            OpenError::NotRegular(_) => Refused::new(error.to_string(), "name a regular .npy file"),
+            OpenError::Io(ref source) => Refused::new(error.to_string(), OpenError::fix(source)),
+        })?;
+        let unread = |error: ReadError| match error {
+            ReadError::Io(source) => {
+                Refused::new(format!("cannot be read: {source}"), OpenError::fix(&source))
+            }
+            ReadError::Changed => {
+                Refused::new("is being written", "draw again when it is finished")
+            }
+        };
+        let (bytes, mapped, (header, offset)) = if metadata.len() <= SMALL {
+            let whole = read_whole(&path, &file).map_err(unread)?;
+            let header = npy::header(&whole)?;
+            (Bytes::from(whole), None, header)
+        } else {
+            // Text is not read from a mapping, where it could change between two looks.
+            let read = |length| read_at(&file, length, 0).map_err(|error| unread(error.into()));
+            let (_, end) = npy::extent(&read(BEGINNING)?)?;
+            let header = npy::header(&read(end)?)?;
+            let mapped = Mapped::new(&path, file).map_err(|error| unread(error.into()))?;
+            (mapped.bytes(), Some(mapped), header)
+        };
+        Self::of(bytes, header, offset, path, mapped)
+    }
+
+    fn of(
+        bytes: Bytes,
+        header: Header,
+        offset: usize,
+        path: PathBuf,
+        mapped: Option<Arc<Mapped>>,
+    ) -> Result<Self, Refused> {
+        let size = header
+            .descr
+            .size()
+            .ok_or_else(|| no_numbers("elements of a type without a size", "other types"))?;
+        let wanted = header.shape.iter().try_fold(size, |bytes, &n| bytes.checked_mul(n));
+        // A file can have become shorter since its header was read.
+        let found = bytes.len().saturating_sub(offset);
+        if wanted != Some(found) {
+            let wanted =
+                wanted.map_or("more than there can be".into(), |wanted| wanted.to_string());
+            let shape = shape_text(&header.shape);
+            let words =
+                format!("holds {found} bytes of numbers, but its shape {shape} needs {wanted}");
+            let longer = header
+                .shape
+                .iter()
+                .try_fold(size, |bytes, &n| bytes.checked_mul(n))
+                .is_some_and(|n| n < found);
+            return Err(Refused::new(
+                words,
+                if longer {
+                    "write the file again: something follows the array; each array has a file of \
+                     its own"
+                } else {
+                    "write the file again: it is cut short"
+                },
+            ));
+        }
+        Ok(Self { bytes, offset, header, path, mapped })
+    }
+
+    /// How many spheres the shape speaks of, where it leaves no doubt; for the centres, whose shape
+    /// may be in doubt.
+    pub fn count(&self, key: Key) -> Option<usize> {
+        let long: Vec<usize> = self.header.shape.iter().copied().filter(|&n| n != 1).collect();
+        match (key, long.as_slice()) {
+            (Key::Radii, &[n]) => Some(n),
+            (Key::Colors, &[n, 3 | 4]) => Some(n),
+            _ => None,
+        }
+    }
+
+    /// The numbers as centres, and how many; `count` where other arrays say how many there should
+    /// be.
+    ///
+    /// # Errors
+    /// When they are no centres.
+    pub fn centers(&self, count: Option<usize>) -> Result<(Taken<Reals>, usize), Refused> {
+        let cells = self.triples(&self.grid(Key::Centers)?, Key::Centers, count)?;
+        Ok((self.reals(&cells, Key::Centers)?, cells.count()))
+    }
+
+    /// The numbers as radii of so many spheres.
+    ///
+    /// # Errors
+    /// When they are not.
+    pub fn radii(&self, count: usize) -> Result<Taken<Reals>, Refused> {
+        self.reals(&self.singles(&self.grid(Key::Radii)?, count)?, Key::Radii)
+    }
+
+    /// The numbers as colours of so many spheres.
+    ///
+    /// # Errors
+    /// When they are not.
+    pub fn colors(&self, count: usize) -> Result<Taken<Column<u8>>, Refused> {
+        let cells = self.triples(&self.grid(Key::Colors)?, Key::Colors, Some(count))?;
+        self.channels(&cells)
+    }
+
+    /// The bytes of a number.
+    fn cell(&self, at: usize, number: Number) -> &[u8] {
+        &self.bytes[self.offset + at..self.offset + at + number.size]
+    }
+
+    /// Types that are numbers, and where they lie.
+    fn grid(&self, key: Key) -> Result<Grid, Refused> {
+        let size = self.header.descr.size().unwrap_or(0);
+        let mut axes = vec![(0, size); self.header.shape.len()];
+        let mut stride = size;
+        let mut place = |axis: usize| {
+            axes[axis] = (self.header.shape[axis], stride);
+            // The whole fits, as was seen when the file was opened, unless it is empty.
+            stride = stride.saturating_mul(self.header.shape[axis]);
+        };
+        let all = 0..self.header.shape.len();
+        if self.header.fortran {
+            all.for_each(&mut place)
+        } else {
+            all.rev().for_each(&mut place)
+        }
+
+        let grid = match &self.header.descr {
+            Descr::One(code) => {
+                let number = Number::of(code).map_err(|found| no_numbers(&found, key.example()))?;
+                Grid {
+                    code: "array".into(),
+                    axes,
+                    columns: Columns::Axis(number),
+                    start: 0,
+                    forced: false,
+                }
+            }
+            Descr::Record(fields) => fields_for(key, fields, axes)?,
+        };
+        self.real_part(grid, key)
+    }
+
+    /// Complex numbers whose imaginary parts are all zero are their real parts.
+    fn real_part(&self, mut grid: Grid, key: Key) -> Result<Grid, Refused> {
+        let Columns::Axis(number) = &mut grid.columns else { return Ok(grid) };
+        if number.kind != Kind::Complex {
+            return Ok(grid);
+        }
+        let half = Number { kind: Kind::Float, size: number.size / 2, big: number.big };
+        let found = format!("holds numbers of type {}, but {}", number.name(), key.types());
+        *number = half;
+        let imaginary = |at: usize| self.cell(at + half.size, half);
+        if let Some(at) = grid.places().find(|&at| half.read(imaginary(at)).0 != 0.0) {
+            let value = half.read(imaginary(at)).0;
+            return Err(Refused::new(
+                format!("{found} (one has the imaginary part {value})"),
+                key.example(),
+            ));
+        }
+        grid.code += ".real";
+        grid.forced = true;
+        Ok(grid)
+    }
+
+    fn wrong_shape(&self, wanted: &str, fix: impl Into<String>) -> Refused {
+        let found = shape_text(&self.header.shape);
+        Refused::new(format!("has the shape {found}, but {wanted} is needed"), fix)
+    }
+
+    /// Rows of three.
+    fn triples(&self, grid: &Grid, key: Key, count: Option<usize>) -> Result<Cells, Refused> {
+        let (wanted, row, one) = match key {
+            Key::Colors => ("row of red, green and blue", "colour", "color = [217, 79, 61]"),
+            _ => ("row of three coordinates", "centre", "[[sphere]]"),
+        };
+        let needed = match (key, count) {
+            (Key::Colors, Some(count)) => {
+                format!("({count}, 3), one row for each row of `centers`")
+            }
+            _ => "(N, 3)".into(),
+        };
+        let wrong = |fix: String| self.wrong_shape(&needed, fix);
+        let fits = |n: usize| count.is_none_or(|count| count == n);
+        let code = &grid.code;
+        let number = match &grid.columns {
+            Columns::Axis(number) => *number,
+            Columns::Fields(columns) => {
+                let spheres = grid.axes.iter().map(|axis| axis.0).product();
+                if !fits(spheres) {
+                    return Err(wrong(format!("write one {wanted} for each sphere")));
+                }
+                let code = if grid.axes.len() == 1 {
+                    code.clone()
+                } else {
+                    format!("{code}.reshape(-1, {})", columns.len())
+                };
+                return Ok(Cells {
+                    code,
+                    rows: grid.axes.clone(),
+                    columns: columns.clone(),
+                    start: 0,
+                    as_is: false,
+                });
+            }
+        };
+        let cells = |code: String, rows: &[Axis], across: Axis, as_is: bool| Cells {
+            code,
+            rows: rows.to_vec(),
+            columns: (0..across.0).map(|k| (k * across.1, number)).collect(),
+            start: grid.start,
+            as_is: as_is && !grid.forced,
+        };
+        let long: Vec<Axis> = grid.axes.iter().copied().filter(|axis| axis.0 != 1).collect();
+
+        // A table.
+        if let &[down, across] = grid.axes.as_slice() {
+            let by_rows = across.0 == 3;
+            // Centres that are right say themselves how many there are.
+            if by_rows && (key == Key::Centers || fits(down.0)) {
+                return Ok(cells(code.clone(), &[down], across, true));
+            }
+            let four = across.0 == 4 && fits(down.0);
+            let turned = down.0 == 3 && !by_rows && fits(across.0);
+            let turned_four =
+                down.0 == 4 && key == Key::Colors && !by_rows && !four && fits(across.0);
+            if turned && count.is_none() && across.0 <= 8 {
+                return Err(wrong(format!(
+                    "write one {wanted} for each sphere: of this array, array.T where every \
+                     column is a sphere, or some of its columns where every row is one"
+                )));
+            }
+            if turned {
+                return Ok(cells(format!("{code}.T"), &[across], down, false));
+            }
+            if four && key == Key::Centers {
+                return Err(wrong(
+                    "write x, y and z alone: of this array, `array[:, :3]` where the last column \
+                     is something else, which goes into an array of its own (radii: `array[:, \
+                     3]`)"
+                        .into(),
+                ));
+            }
+            if four {
+                return Ok(cells(format!("{code}[:, :3]"), &[down], across, false));
+            }
+            if turned_four {
+                return Ok(cells(format!("{code}.T[:, :3]"), &[across], down, false));
+            }
+            if by_rows {
+                return Err(wrong(format!(
+                    "write one {wanted} for each sphere, no more and no fewer"
+                )));
+            }
+        }
+        // An axis of one number has no order to lose.
+        if let &[down, across] = long.as_slice()
+            && across.0 == 3
+            && fits(down.0)
+        {
+            return Ok(cells(format!("{code}.reshape(-1, 3)"), &[down], across, true));
+        }
+        if let (&[across], Some(last)) = (long.as_slice(), grid.axes.last())
+            && last.0 == 3
+            && fits(1)
+        {
+            return Ok(cells(format!("{code}.reshape(1, 3)"), &[], across, false));
+        }
+        if let &[n] = grid.axes.as_slice() {
+            if n.0 == 0 && fits(0) {
+                return Ok(cells(format!("{code}.reshape(0, 3)"), &[n], (3, 0), false));
+            }
+            if n.0 == 3 && key == Key::Colors {
+                return Err(wrong(format!(
+                    "write one {wanted} for each sphere, or `{one}` in place of `colors`"
+                )));
+            }
+            if n.0.is_multiple_of(3) && fits(n.0 / 3) {
+                return Err(wrong(format!(
+                    "write one {wanted} for each sphere: of this array, `array.reshape(-1, 3)` \
+                     where the numbers of a {row} lie together, or `array.reshape(3, -1).T` where \
+                     they do not"
+                )));
+            }
+        }
+        if let &[planes, down, across] = grid.axes.as_slice()
+            && (across.0 == 3 || across.0 == 4 && key == Key::Colors)
+        {
+            let rows = planes.0.checked_mul(down.0);
+            if rows.is_some() && rows == count {
+                let alpha = if across.0 == 4 { "[:, :3]" } else { "" };
+                let code = format!("{code}.reshape(-1, {}){alpha}", across.0);
+                return Ok(cells(code, &[planes, down], across, false));
+            }
+            if across.0 == 3 && count.is_none() {
+                return Err(wrong(format!(
+                    "write one {wanted} for each sphere: of this array, one of its {} tables \
+                     (`array[0]` is the first), or all of them, `array.reshape(-1, 3)`",
+                    planes.0
+                )));
+            }
+        }
+        Err(wrong(match key {
+            Key::Colors => format!("write one {wanted} for each sphere, or use `color` for all"),
+            _ => format!("write one {wanted} for each sphere"),
+        }))
+    }
+
+    /// One number for each sphere.
+    fn singles(&self, grid: &Grid, count: usize) -> Result<Cells, Refused> {
+        let long: Vec<Axis> = grid.axes.iter().copied().filter(|axis| axis.0 != 1).collect();
+        let product =
+            grid.axes.iter().try_fold(1usize, |product, axis| product.checked_mul(axis.0));
+        let column = match &grid.columns {
+            Columns::Axis(number) => (0, *number),
+            Columns::Fields(columns) => columns[0],
+        };
+        let fields = matches!(grid.columns, Columns::Fields(_));
+        let cells = |code: String, as_is: bool| Cells {
+            code,
+            rows: grid.axes.clone(),
+            columns: vec![column],
+            start: grid.start,
+            as_is: as_is && !grid.forced && !fields,
+        };
+        if product == Some(count) {
+            return Ok(match grid.axes.len() {
+                1 => cells(grid.code.clone(), true),
+                // An axis of one number has no order to lose.
+                _ => cells(format!("{}.reshape(-1)", grid.code), long.len() <= 1),
+            });
+        }
+        let wanted = format!("({count},), one for each row of `centers`");
+        let wrong = |fix: String| self.wrong_shape(&wanted, fix);
+        if product == Some(1) {
+            let value = column.1.read(self.cell(column.0, column.1)).0;
+            return Err(wrong(format!(
+                "write `radius = {value:?}` in place of `radii`, or one radius for each sphere"
+            )));
+        }
+        Err(wrong("write one radius for each sphere, or use `radius`".into()))
+    }
+
+    /// Real numbers, none of them rounded.
+    fn reals(&self, cells: &Cells, key: Key) -> Result<Taken<Reals>, Refused> {
+        let numbers = || cells.columns.iter().map(|column| column.1);
+        let names = || cells.type_names();
+        if let Some(column) = cells.columns.iter().find(|column| column.1.kind == Kind::Complex) {
+            let words = format!("holds numbers of type {}, but {}", column.1.name(), key.types());
+            return Err(Refused::new(words, key.example()));
+        }
+        if numbers().any(|number| number.kind == Kind::LongDouble) {
+            self.known_long_doubles(cells, key)?;
+        }
+        let f32s = numbers().all(Number::fits_f32);
+        let (size, to) = if f32s { (4, "f4") } else { (8, "f8") };
+        let in_place = (numbers()
+            .all(|number| number.kind == Kind::Float && number.size >= 4 && !number.big))
+        .then(|| cells.run())
+        .flatten();
+        if cells.as_is && in_place.is_none() {
+            // Before anything looks at so many numbers.
+            self.room(cells, size, &self.why(cells, false), to)?;
+        }
+        if !numbers().all(Number::fits_f64)
+            && let Some(place) = self.first(cells, |(_, exact)| !exact)
+        {
+            let Place { row, column, shown, .. } = place;
+            let what = if key == Key::Radii { "radius" } else { "coordinate" };
+            return Err(Refused::new(
+                format!("{} is {shown}, which no 64-bit float equals", cells.name(row, column)),
+                format!(
+                    "decide which 64-bit float this {what} is to be, and save the array as float64"
+                ),
+            ));
+        }
+        if numbers().any(|number| number.kind == Kind::Bool) {
+            let words = format!("holds numbers of type {}, but {}", names(), key.types());
+            let code = format!("{}.astype('f8')", cells.code);
+            return Err(Refused::new(words, format!("if true is 1 and false 0: {}", save(&code))));
+        }
+        if !cells.as_is {
+            return Err(self.wrong_form(cells, key));
+        }
+        let number = cells.columns[0].1;
+        let count = cells.count() * cells.columns.len();
+        if let Some(run) = &in_place {
+            let at = self.offset + run.start;
+            let column = match number.size {
+                4 => Column::in_bytes(&self.bytes, at, count).map(Reals::F32),
+                8 => Column::in_bytes(&self.bytes, at, count).map(Reals::F64),
+                _ => None,
+            };
+            if let Some(numbers) = column {
+                return Ok(self.uncopied(numbers));
+            }
+        }
+        let why = self.why(cells, in_place.is_some());
+        if f32s {
+            let copy = self.copy(cells, why, to, |bytes| number.read(bytes).0 as f32)?;
+            return Ok(Taken { numbers: Reals::F32(copy.numbers), copied: copy.copied });
+        }
+        let copy = self.copy(cells, why, to, |bytes| number.read(bytes).0)?;
+        Ok(Taken { numbers: Reals::F64(copy.numbers), copied: copy.copied })
+    }
+
+    /// Bytes of colours.
+    fn channels(&self, cells: &Cells) -> Result<Taken<Column<u8>>, Refused> {
+        let wrong_type = |fix: &str| {
+            let words = format!(
+                "holds numbers of type {}, but {}",
+                cells.type_names(),
+                Key::Colors.types()
+            );
+            Refused::new(words, fix)
+        };
+        let kinds = || cells.columns.iter().map(|column| column.1.kind);
+        if kinds().any(|kind| kind == Kind::Bool) {
+            return Err(wrong_type(
+                "write integers from 0 to 255: 255 * array where true is the brightest",
+            ));
+        }
+        if kinds().any(|kind| kind == Kind::Complex) {
+            return Err(wrong_type(Key::Colors.example()));
+        }
+        if kinds().any(|kind| kind == Kind::LongDouble) {
+            self.known_long_doubles(cells, Key::Colors)?;
+        }
+        // The alpha of four, which must say nothing.
+        let (rgb, alpha) = cells.split_at(3);
+        let integers = kinds().all(|kind| matches!(kind, Kind::Int | Kind::Uint));
+        let bytes =
+            cells.columns.iter().all(|column| column.1.kind == Kind::Uint && column.1.size == 1);
+        let refused = |place: &Place, why: &str, fix: &str| {
+            Refused::new(
+                format!("{} is {}, {why}", cells.name(place.row, place.column), place.shown),
+                fix,
+            )
+        };
+        if !bytes
+            && let Some(place) = self.first(&rgb, |(value, _)| !(0.0..=255.0).contains(&value))
+        {
+            let fix = match integers {
+                true => "write integers from 0 to 255",
+                false => {
+                    "write integers from 0 to 255, or numbers from 0 to 1 and obey the fix that \
+                     is printed then"
+                }
+            };
+            return Err(refused(&place, "not a channel of a colour", fix));
+        }
+        // Between 0 and 1, 1 is the brightest.
+        let unit = !integers && self.first(&rgb, |(value, _)| value > 1.0).is_none();
+        if !integers
+            && !unit
+            && let Some(place) = self.first(&rgb, |(value, exact)| value.fract() != 0.0 || !exact)
+        {
+            let fix = "write integers from 0 to 255: how numbers between two of them are to be \
+                       rounded is not decided here";
+            return Err(refused(
+                &place,
+                "not an integer from 0 to 255 (and others are not from 0 to 1)",
+                fix,
+            ));
+        }
+        if let Some(alpha) = alpha {
+            let opaque = if unit { 1.0 } else { 255.0 };
+            if let Some(place) = self.first(&alpha, |(value, _)| value != opaque) {
+                return Err(self.wrong_shape(
+                    &format!("({}, 3), one row for each row of `centers`", cells.count()),
+                    format!(
+                        "write red, green and blue alone; there is no transparency to draw (alpha \
+                         of sphere {} is {}, and {opaque} would be opaque): `{}` is the colours \
+                         without it",
+                        place.row, place.shown, cells.code
+                    ),
+                ));
+            }
+        }
+        if unit {
+            let words = format!(
+                "holds numbers from 0 to 1 of type {}, but {}",
+                cells.type_names(),
+                Key::Colors.types()
+            );
+            let code = format!("(255 * {} + 0.5).astype('u1')", cells.code);
+            return Err(Refused::new(words, format!("with 1 as the brightest: {}", save(&code))));
+        }
+        if !cells.as_is {
+            return Err(self.wrong_form(cells, Key::Colors));
+        }
+        let in_place = bytes.then(|| cells.run()).flatten();
+        if let Some(run) = in_place
+            && let Some(numbers) =
+                Column::in_bytes(&self.bytes, self.offset + run.start, 3 * cells.count())
+        {
+            return Ok(self.uncopied(numbers));
+        }
+        let number = cells.columns[0].1;
+        let why = self.why(cells, false);
+        self.copy(cells, why, "u1", |bytes| number.read(bytes).0 as u8)
+    }
+
+    /// The numbers are right, and lie otherwise.
+    fn wrong_form(&self, cells: &Cells, key: Key) -> Refused {
+        let shape = match (key, cells.count()) {
+            (Key::Radii, count) => format!("({count},)"),
+            (_, count) => format!("({count}, 3)"),
+        };
+        let found = match &self.header.descr {
+            Descr::Record(_) => {
+                Refused::new(format!("holds records, but an array of shape {shape} is needed"), "")
+            }
+            Descr::One(code)
+                if Number::of(code).is_ok_and(|number| number.kind == Kind::Complex) =>
+            {
+                Refused::new(format!("holds complex numbers, but {}", key.types()), "")
+            }
+            Descr::One(_) => self.wrong_shape(&shape, ""),
+        };
+        Refused::new(found.words, save(&cells.code))
+    }
+
+    /// Refuses long doubles that are not, or not for sure, those of this kind of machine.
+    fn known_long_doubles(&self, cells: &Cells, key: Key) -> Result<(), Refused> {
+        let mut long = cells.places().filter(|(_, _, _, number)| number.kind == Kind::LongDouble);
+        let known = long.all(|(_, _, _, number)| !number.big)
+            && npy::are_extended(
+                cells
+                    .places()
+                    .filter(|(_, _, _, number)| number.kind == Kind::LongDouble)
+                    .map(|(_, _, at, number)| self.cell(at, number)),
+            );
+        if known {
+            return Ok(());
+        }
+        Err(Refused::new(
+            format!(
+                "holds long doubles, which differ between machines and do not say whose they are, \
+                 but {}",
+                key.types()
+            ),
+            match key {
+                Key::Colors => "save integers from 0 to 255",
+                _ => {
+                    "save float64 numbers; array.astype('f8') has them, and rounds none where it \
+                     equals array everywhere, by numpy.array_equal"
+                }
+            },
+        ))
+    }
+
+    /// The first number, row by row, of which a test holds.
+    fn first(&self, cells: &Cells, test: impl Fn((f64, bool)) -> bool + Sync) -> Option<Place> {
+        let found = |row: usize| {
+            let at = cells.row(row);
+            cells
+                .columns
+                .iter()
+                .position(|&(column, number)| test(number.read(self.cell(at + column, number))))
+        };
+        let row = (0..cells.count())
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .position_first(|row| found(row).is_some())?;
+        // The file can be changing.
+        let column = found(row).unwrap_or(0);
+        let (at, number) = cells.columns[column];
+        let bytes = self.cell(cells.row(row) + at, number);
+        Some(Place { row, column, shown: shown(number, bytes) })
+    }
+
+    /// Why the numbers are copied.
+    fn why(&self, cells: &Cells, unaligned: bool) -> String {
+        let mut why = cells.type_names();
+        if cells.run().is_none() {
+            why += " in column order";
+        }
+        if unaligned {
+            why += " at a place that is not aligned";
+        }
+        why
+    }
+
+    fn uncopied<T>(&self, numbers: T) -> Taken<T> {
+        let copied = self.mapped.is_none().then(|| Copied {
+            array: self.path.clone(),
+            why: "a small file".into(),
+            bytes: self.bytes.len(),
+        });
+        Taken { numbers, copied }
+    }
+
+    /// Copies the numbers, row by row.
+    fn copy<T: bytemuck::Pod + Send + Sync>(
+        &self,
+        cells: &Cells,
+        why: String,
+        to: &str,
+        read: impl Fn(&[u8]) -> T + Sync,
+    ) -> Result<Taken<Column<T>>, Refused> {
+        let bytes = self.room(cells, size_of::<T>(), &why, to)?;
+        let numbers = match cells.columns.len() {
+            1 => self.rows::<T, 1>(cells, &read),
+            _ => self.rows::<T, 3>(cells, &read),
+        };
+        let numbers = numbers.ok_or_else(|| no_room(&why, bytes, None, to))?;
+        Ok(Taken { numbers, copied: Some(Copied { array: self.path.clone(), why, bytes }) })
+    }
+
+    /// Bytes of a copy of numbers of some size, which can be had.
+    fn room(&self, cells: &Cells, size: usize, why: &str, to: &str) -> Result<usize, Refused> {
+        let bytes = (cells.count() * cells.columns.len()).saturating_mul(size);
+        memory::room(bytes as u64).map_err(|available| no_room(why, bytes, Some(available), to))?;
+        Ok(bytes)
+    }
+
+    /// Rows of so many numbers; nothing where there is no memory for them.
+    fn rows<T: bytemuck::Pod + Send + Sync, const N: usize>(
+        &self,
+        cells: &Cells,
+        read: &(impl Fn(&[u8]) -> T + Sync),
+    ) -> Option<Column<T>> {
+        let columns: [(usize, Number); N] = cells.columns.as_slice().try_into().ok()?;
+        let mut rows: Vec<[T; N]> = Vec::new();
+        rows.try_reserve_exact(cells.count()).ok()?;
+        let row = |row: usize| {
+            let at = cells.row(row);
+            columns.map(|(column, number)| read(self.cell(at + column, number)))
+        };
+        (0..cells.count())
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(row)
+            .collect_into_vec(&mut rows);
+        Some(Column::of_rows(rows))
+    }
+}
+
+/// An axis: how many numbers, and how many bytes lie from one to the next.
+type Axis = (usize, usize);
+
+/// An array as its type and shape say it lies.
+struct Grid {
+    /// How Python calls it.
+    code: String,
+    axes: Vec<Axis>,
+    columns: Columns,
+    start: usize,
+    /// Whether it is not the array itself.
+    forced: bool,
+}
+
+enum Columns {
+    /// The last axis has them.
+    Axis(Number),
+    /// Fields of records, put side by side: where each lies in its record.
+    Fields(Vec<(usize, Number)>),
+}
+
+impl Grid {
+    /// Where its numbers lie.
+    fn places(&self) -> impl Iterator<Item = usize> + '_ {
+        let count = self.axes.iter().map(|axis| axis.0).product();
+        (0..count).map(|index| self.start + place(&self.axes, index))
+    }
+}
+
+/// Where an element lies, by its number in row order.
+#[inline]
+fn place(axes: &[Axis], mut index: usize) -> usize {
+    if let &[axis] = axes {
+        return index * axis.1;
+    }
+    let mut at = 0;
+    for &(length, stride) in axes.iter().rev() {
+        at += index % length * stride;
+        index /= length;
+    }
+    at
+}
+
+/// The numbers of an array that are meant, as rows.
+struct Cells {
+    /// How Python calls them.
+    code: String,
+    rows: Vec<Axis>,
+    /// Where each number of a row lies in it.
+    columns: Vec<(usize, Number)>,
+    start: usize,
+    /// Whether the array can be taken as it is.
+    as_is: bool,
+}
+
+/// A number that is spoken of.
+struct Place {
+    row: usize,
+    column: usize,
+    shown: String,
+}
+
+impl Cells {
+    fn count(&self) -> usize {
+        self.rows.iter().map(|axis| axis.0).product()
+    }
+
+    #[inline]
+    fn row(&self, row: usize) -> usize {
+        self.start + place(&self.rows, row)
+    }
+
+    /// Every number: row, column, place, type.
+    fn places(&self) -> impl Iterator<Item = (usize, usize, usize, Number)> + '_ {
+        (0..self.count()).flat_map(move |row| {
+            let columns = self.columns.iter().enumerate();
+            columns.map(move |(column, &(at, number))| (row, column, self.row(row) + at, number))
+        })
+    }
+
+    /// The bytes of the numbers where they lie one after the other.
+    fn run(&self) -> Option<Range<usize>> {
+        let size = self.columns[0].1.size;
+        let across = self.columns.len();
+        let side_by_side = self.columns.iter().enumerate().all(|(k, column)| column.0 == k * size);
+        let mut stride = across * size;
+        for &(length, step) in self.rows.iter().rev() {
+            if length > 1 && step != stride {
+                return None;
+            }
+            stride *= length;
+        }
+        side_by_side.then(|| self.start..self.start + stride)
+    }
+
+    /// The first columns, and the one that may follow.
+    fn split_at(&self, columns: usize) -> (Self, Option<Self>) {
+        let some = |columns: &[(usize, Number)]| Self {
+            code: self.code.clone(),
+            rows: self.rows.clone(),
+            columns: columns.to_vec(),
+            start: self.start,
+            as_is: self.as_is,
+        };
+        let rest = &self.columns[columns..];
+        (some(&self.columns[..columns]), (!rest.is_empty()).then(|| some(rest)))
+    }
+
+    /// The types of the columns.
+    fn type_names(&self) -> String {
+        let mut names: Vec<String> = self.columns.iter().map(|column| column.1.name()).collect();
+        names.dedup();
+        names.join(", ")
+    }
+
+    /// What an element is called.
+    fn name(&self, row: usize, column: usize) -> String {
+        let index =
+            if self.columns.len() == 1 { format!("[{row}]") } else { format!("[{row}, {column}]") };
+        if self.code == "array" {
+            format!("element {index}")
+        } else {
+            format!("element {index} of {}", self.code)
+        }
+    }
+}
+
+/// A number in full.
+fn shown(number: Number, bytes: &[u8]) -> String {
+    let mut little = bytes.to_vec();
+    if number.big {
+        little.reverse();
+    }
+    match (number.kind, <[u8; 8]>::try_from(little.as_slice())) {
+        (Kind::Int, Ok(eight)) => i64::from_le_bytes(eight).to_string(),
+        (Kind::Uint, Ok(eight)) => u64::from_le_bytes(eight).to_string(),
+        (Kind::LongDouble, _) => match number.read(bytes) {
+            (value, true) => format!("{value:?}"),
+            (value, false) => format!("a long double next to {value:?}"),
+        },
+        _ => {
+            let value = number.read(bytes).0;
+            if value.fract() == 0.0 && value.abs() < 1e15 {
+                format!("{value}")
+            } else {
+                format!("{value:?}")
+            }
+        }
+    }
+}
+
+/// A copy would need more memory than there is.
+fn no_room(why: &str, bytes: usize, available: Option<u64>, to: &str) -> Refused {
+    let needed = text::bytes(bytes as u64);
+    let there = available
+        .map_or("it cannot be had".into(), |bytes| format!("{} is available", text::bytes(bytes)));
+    Refused::new(
+        format!("is copied to be read ({why}), which takes {needed} of memory, and {there}"),
+        format!(
+            "save it as it is read in place: {}",
+            save(&format!("numpy.ascontiguousarray(array, '{to}')"))
+        ),
+    )
+}
+
+fn no_numbers(found: &str, fix: &str) -> Refused {
+    Refused::new(format!("holds {found}, not numbers"), fix)
+}
+
+/// A shape in NumPy's notation, such as `(100, 3)`.
+fn shape_text(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        axes => format!("({})", axes.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// A field's name as Python writes it.
+fn quoted(name: &str) -> String {
+    let mut text = String::from("array['");
+    for c in name.chars() {
+        match c {
+            '\\' | '\'' => text.extend(['\\', c]),
+            c if c.is_control() => text += &format!("\\u{:04x}", c as u32),
+            c => text.push(c),
+        }
+    }
+    text + "']"
+}
+
+/// The fields of records that a key can mean, by their names.
+fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refused> {
+    let mut at = 0usize;
+    let mut numbers: Vec<(&Field, usize, Number)> = Vec::new();
+    for field in fields {
+        if let Descr::One(code) = &field.descr
+            && let Ok(number) = Number::of(code)
+        {
+            numbers.push((field, at, number));
+        }
+        at += field.size().unwrap_or(0);
+    }
+    // Each name must be there once, in one way of writing it.
+    let named = |name: &str| {
+        let mut found = numbers.iter().filter(|(field, ..)| field.name.eq_ignore_ascii_case(name));
+        found.next().filter(|_| found.next().is_none())
+    };
+    let (triples, wholes): (&[[&str; 3]], &[&str]) = match key {
+        Key::Centers => (
+            &[["x", "y", "z"]],
+            &[
+                "center",
+                "centre",
+                "centers",
+                "centres",
+                "position",
+                "positions",
+                "pos",
+                "xyz",
+                "coordinates",
+            ],
+        ),
+        Key::Radii => (&[], &["radius", "radii", "r"]),
+        Key::Colors => (
+            &[["r", "g", "b"], ["red", "green", "blue"]],
+            &["color", "colour", "colors", "colours", "rgb", "rgba"],
+        ),
+    };
+    for names in triples {
+        let found: Vec<_> = names.iter().filter_map(|name| named(name)).collect();
+        if let [a, b, c] = found[..]
+            && found.iter().all(|(field, ..)| field.shape.is_empty())
+        {
+            let codes = [a, b, c].map(|(field, ..)| quoted(&field.name)).join(", ");
+            let columns = [a, b, c].iter().map(|&&(_, at, number)| (at, number)).collect();
+            let code = format!("numpy.stack([{codes}], axis=-1)");
+            return Ok(Grid {
+                code,
+                axes,
+                columns: Columns::Fields(columns),
+                start: 0,
+                forced: true,
+            });
+        }
+    }
+    let red = key == Key::Radii && named("g").is_some() && named("b").is_some();
+    for name in wholes.iter().filter(|name| !(red && **name == "r")) {
+        let Some(&(field, start, number)) = named(name) else { continue };
+        let mut all = axes.clone();
+        let mut stride = number.size;
+        let inner: Vec<Axis> = field
+            .shape
+            .iter()
+            .rev()
+            .map(|&n| {
+                let axis = (n, stride);
+                stride = stride.saturating_mul(n);
+                axis
+            })
+            .collect();
+        all.extend(inner.into_iter().rev());
+        return Ok(Grid {
+            code: quoted(&field.name),
+            axes: all,
+            columns: Columns::Axis(number),
+            start,
+            forced: true,
+        });
+    }
+    let names = fields
+        .iter()
+        .map(|field| field.name.escape_debug().to_string())
+        .collect::<Vec<_>>()
+        .join(", ");
+    let what = match key {
+        Key::Centers => "x, y and z",
+        Key::Radii => "the radius",
+        Key::Colors => "red, green and blue",
+    };
+    Err(Refused::new(
+        format!(
+            "holds records, and none of their fields is named for `{}`: {names}",
+            match key {
+                Key::Centers => "centers",
+                Key::Radii => "radii",
+                Key::Colors => "colors",
+            }
+        ),
+        format!(
+            "save the fields that are {what} as an array of their own; `array['{}']` is one field",
+            fields.first().map_or(String::new(), |f| f.name.escape_debug().to_string())
+        ),
+    ))
+}

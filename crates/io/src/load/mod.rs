@@ -1,0 +1,160 @@
+//! Files in: a scene file (TOML) and the NumPy arrays it names become a scene, a camera and an
+//! image size.
+//!
+//! Nothing is clamped, dropped or guessed: what has no picture is refused with the file, line,
+//! column and the fix. Only this module reads files, parts of pictures ([`part()`]) included; the
+//! command line and the window are its callers.
+
+use std::{
+    panic::{self, AssertUnwindSafe},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+pub use array::Copied;
+pub use mapped::ChangedFile;
+pub use report::LoadError;
+
+use planisphere_core::{
+    camera::{Camera, ImageSize},
+    framing::Wanted,
+    scene::Scene,
+    text,
+};
+
+mod array;
+mod batches;
+mod colors;
+mod document;
+mod input;
+pub(crate) mod mapped;
+pub(crate) mod report;
+mod scene_file;
+
+/// The colour of a sphere that has none in its file, sRGB.
+pub const DEFAULT_COLOR: [u8; 3] = [176, 176, 176];
+
+/// The size of an image that has none in its file, in pixels.
+pub const DEFAULT_IMAGE: ImageSize = ImageSize { width: 800, height: 800 };
+
+/// What a scene file says.
+#[derive(Clone)]
+pub struct Loaded {
+    /// The spheres.
+    pub scene: Scene,
+    /// The camera, checked, when nothing of it is left to be chosen: see [`Loaded::camera`].
+    pub fixed_camera: Option<Camera>,
+    /// What `[camera]` says; none when the file has none.
+    pub wanted: Option<Wanted>,
+    /// Size of the image.
+    pub image: ImageSize,
+    /// Colour where there is no sphere, sRGB.
+    pub background: [u8; 3],
+    /// The arrays that were read.
+    pub files: Vec<PathBuf>,
+    /// The arrays that stay in their files.
+    pub watch: Watch,
+    /// The arrays that were copied into memory.
+    pub copied: Vec<Copied>,
+    /// What a person should hear who asked for something unusual, each one line.
+    pub notes: Vec<String>,
+}
+
+/// Files that are in use where they lie, and may be changed by others meanwhile.
+#[derive(Clone, Default)]
+pub struct Watch(pub(crate) Vec<Arc<mapped::Mapped>>);
+
+impl Watch {
+    /// The first of the files that may have changed since it was opened: whatever was made of its
+    /// numbers since is not to be used. Some microseconds for each file.
+    pub fn changed(&self) -> Option<ChangedFile> {
+        self.0.iter().find_map(|file| file.changed())
+    }
+
+    /// Whether there is no such file.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Does work that reads the files' numbers, and throws its result away, a panic included, where
+    /// a file changed meanwhile: numbers of any value were read then. It can last long with these,
+    /// so that another thread may want to ask as well.
+    ///
+    /// # Errors
+    /// The file that changed.
+    pub fn guard<T>(&self, work: impl FnOnce() -> T) -> Result<T, ChangedFile> {
+        let result = panic::catch_unwind(AssertUnwindSafe(work));
+        match (self.changed(), result) {
+            (Some(changed), _) => Err(changed),
+            (None, Ok(result)) => Ok(result),
+            (None, Err(panic)) => panic::resume_unwind(panic),
+        }
+    }
+}
+
+impl Loaded {
+    /// The camera for an image of some size: the file's; what that leaves out is chosen so that the
+    /// whole scene is seen.
+    pub fn camera(&self, image: ImageSize) -> Camera {
+        self.wanted.unwrap_or_default().camera(&self.scene.bounds(), image)
+    }
+}
+
+/// Loads a scene file; `-` is standard input. Arrays are found relative to the file's folder (of
+/// `-`, the current folder). Large ones stay mapped: whoever draws asks [`Watch::changed`] before
+/// the picture is used.
+///
+/// # Errors
+/// The first thing in the file, or in its arrays, that has no picture.
+pub fn load(path: &Path) -> Result<Loaded, LoadError> {
+    let from_stdin = path == Path::new("-");
+    let name = if from_stdin { "<stdin>".into() } else { text::name(path) };
+    let bytes = input::read(path)
+        .map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let byte = error.as_bytes().get(at).copied().unwrap_or_default();
+        let message = format!(
+            "the scene file is not UTF-8 text: it has the byte 0x{byte:02x} where a \
+                     character begins"
+        );
+        let fault = report::Fault::new(
+            message,
+            at..at,
+            "not UTF-8",
+            "save it as UTF-8, not as Latin-1 or \
+                another encoding",
+        );
+        fault.into_error(&name, &String::from_utf8_lossy(error.as_bytes()))
+    })?;
+    let text = text.trim_start_matches('\u{feff}');
+    if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
+        let (problem, fix) = match text.trim().is_empty() {
+            true if from_stdin => {
+                ("nothing came in", "see why what was to write the scene has written nothing")
+            }
+            true => (
+                "is empty",
+                "write a scene into it (see the files in scenes/), or name another file",
+            ),
+            false => (
+                "holds nothing but comments",
+                "write a scene into it: [[sphere]] tables, and [camera] if need be",
+            ),
+        };
+        return Err(LoadError::of_file(&name, problem, fix));
+    }
+    let folder = if from_stdin { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
+    from_text(&name, text, folder)
+}
+
+/// Loads a scene from the text of a scene file. `name` is for messages; arrays are found relative
+/// to `folder`.
+///
+/// # Errors
+/// As [`load`].
+pub fn from_text(name: &str, text: &str, folder: &Path) -> Result<Loaded, LoadError> {
+    // The mark that some editors write before UTF-8.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    scene_file::read(text, folder).map_err(|fault| fault.into_error(name, text))
+}

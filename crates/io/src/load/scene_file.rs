@@ -1,0 +1,620 @@
+//! What a scene file means: `[camera]`, `[image]`, `[[sphere]]` and `[[spheres]]`, each key checked
+//! at its place.
+
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use toml::de::{DeTable, DeValue};
+
+use crate::{
+    load::{
+        DEFAULT_COLOR, DEFAULT_IMAGE, Loaded, Watch,
+        array::{Array, Copied, Key, Taken},
+        batches::{self, Batches, Piece},
+        document::{Section, Value, color, integer, number, string, vector},
+        mapped::Mapped,
+        report::Fault,
+    },
+    npy::read::Refused,
+};
+use planisphere_core::{
+    camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, ScreenSize},
+    exact::axes::parallel,
+    fov::height_from_fov,
+    framing::Wanted,
+    scene::{Block, Colors, Radii, Scene, SceneError, Sphere},
+    text,
+};
+
+/// Reads the text of a scene file, and maps the arrays it names relative to `folder`.
+pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
+    if let Some(at) = text.find('\0') {
+        return Err(batches::stray(at..at + 1, 0));
+    }
+    // Before line ends are looked for: such a file is one line.
+    if let (Some(at), None) = (text.find('\r'), text.find('\n')) {
+        return Err(batches::stray(at..at + 1, b'\r'));
+    }
+    if !batches::large(text) {
+        batches::check_keys(text)?;
+        let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
+        return read_document(document.get_ref(), Vec::new(), folder);
+    }
+    if let Some(batches) = batches::quick(text)
+        && let Some(spheres) = read_quickly(text, &batches)
+        && let Ok(document) = DeTable::parse(&batches.rest.text(text))
+        && !document.get_ref().contains_key("sphere")
+    {
+        return read_document(document.get_ref(), spheres, folder)
+            .map_err(|fault| fault.moved(|at| batches.rest.place(at)));
+    }
+    let batches = batches::exact(text)?;
+    let rest = batches.rest.text(text);
+    let moved = |fault: Fault| fault.moved(|at| batches.rest.place(at));
+    let document = DeTable::parse(&rest).map_err(|error| moved(syntax(&error, &rest)))?;
+    let root = Section::of_table("", document.get_ref(), 0..0, &KNOWN).map_err(moved)?;
+    let spheres =
+        batches.pieces.par_iter().map(|piece| read_piece(text, piece)).collect::<Vec<_>>();
+    if let (Some(value), false) = (root.get("sphere"), spheres.is_empty()) {
+        return Err(moved(Fault::new(
+            "not TOML: duplicate key, `sphere` is a table and a list of tables",
+            value.span(),
+            "here",
+            "write each sphere under [[sphere]], with two brackets on each side",
+        )));
+    }
+    // In the order of the file, whichever was read first.
+    let spheres = spheres.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
+    read_document(document.get_ref(), spheres, folder).map_err(moved)
+}
+
+/// The tables that a scene file has.
+const KNOWN: [&str; 4] = ["camera", "image", "sphere", "spheres"];
+
+/// The spheres of all pieces; or nothing when there is any fault in them, which may be that of the
+/// cut.
+fn read_quickly(text: &str, batches: &Batches) -> Option<Vec<Sphere>> {
+    let spheres: Option<Vec<Vec<Sphere>>> =
+        batches.pieces.par_iter().map(|piece| read_piece(text, piece).ok()).collect();
+    Some(spheres?.concat())
+}
+
+/// The spheres of one piece.
+fn read_piece(text: &str, piece: &Piece) -> Result<Vec<Sphere>, Fault> {
+    let part = piece.text(text);
+    let read = || {
+        let document = DeTable::parse(&part).map_err(|error| syntax(&error, &part))?;
+        let root = Section::of_table("", document.get_ref(), 0..0, &["sphere"])?;
+        tables(&root, "sphere")?.iter().map(read_sphere).collect::<Result<Vec<_>, _>>()
+    };
+    read().map_err(|fault: Fault| fault.moved(|at| piece.place(at)))
+}
+
+/// Reads a parsed document, whose first spheres may have been read before.
+fn read_document(document: &DeTable, singles: Vec<Sphere>, folder: &Path) -> Result<Loaded, Fault> {
+    let root = Section::of_table("", document, 0..0, &KNOWN)?;
+    let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
+    let camera = root.get("camera").map(read_camera).transpose()?;
+    let (scene, files) = read_spheres(&root, singles, folder)?;
+    finish(scene, camera, image, background, files)
+}
+
+/// A fault of the TOML itself, in the parser's words.
+fn syntax(error: &toml::de::Error, text: &str) -> Fault {
+    let message = error.message().lines().collect::<Vec<_>>().join(", ");
+    let span = error.span().unwrap_or(text.len()..text.len());
+    if message.contains("recurs") {
+        return batches::too_deep(span);
+    }
+    // The parser points behind a carriage return that is alone.
+    for at in [span.start, span.start.saturating_sub(1)] {
+        match text.as_bytes().get(at..) {
+            Some([b'\r', b'\n', ..]) | Some([b'\n' | b'\t', ..]) => {}
+            Some([byte, ..]) if byte.is_ascii_control() => {
+                return batches::stray(at..at + 1, *byte);
+            }
+            _ => {}
+        }
+    }
+    let fix = if message.contains("duplicate key") {
+        "remove one of the two"
+    } else {
+        "write `key = value` lines under [camera], [image], [[sphere]] or [[spheres]], strings in \
+         quotes (https://toml.io)"
+    };
+    Fault::new(format!("not TOML: {message}"), span, "here", fix)
+}
+
+fn read_image(value: &Value) -> Result<(ImageSize, [u8; 3]), Fault> {
+    let section = Section::new("[image]", value, &["width", "height", "background"])?;
+    let side = |key: &str, default: u32| -> Result<u32, Fault> {
+        let Some(found) = section.read(key, integer)? else { return Ok(default) };
+        u32::try_from(found).ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(|| {
+            Fault::new(
+                format!("the image's {key} is {found} pixels"),
+                section.place(key),
+                format!("not 1 to {MAX_SIDE}"),
+                format!("write a {key} from 1 to {MAX_SIDE}"),
+            )
+        })
+    };
+    let size = ImageSize {
+        width: side("width", DEFAULT_IMAGE.width)?,
+        height: side("height", DEFAULT_IMAGE.height)?,
+    };
+    Ok((size, section.read("background", color)?.unwrap_or([0; 3])))
+}
+
+/// What `[camera]` says, with its places.
+struct ReadCamera<'t, 'i> {
+    section: Section<'t, 'i>,
+    wanted: Wanted,
+    notes: Vec<String>,
+}
+
+fn read_camera<'t, 'i>(value: &'t Value<'i>) -> Result<ReadCamera<'t, 'i>, Fault> {
+    let known =
+        ["projection", "origin", "view", "look_at", "up", "width", "height", "fov", "near", "far"];
+    let section = Section::new("[camera]", value, &known)?;
+    let projection = section.read("projection", projection)?.unwrap_or(Projection::Orthographic);
+    section.not_both("view", "look_at")?;
+    let (size, notes) = read_screen(&section, projection)?;
+    let wanted = Wanted {
+        projection,
+        origin: section.read("origin", vector)?,
+        view: section.read("view", vector)?,
+        look_at: section.read("look_at", vector)?,
+        up: section.read("up", vector)?,
+        size,
+        near: section.read("near", number)?.unwrap_or(0.0),
+        far: section.read("far", number)?.unwrap_or(f64::INFINITY),
+    };
+    // What is given must be right whatever is in the scene: other numbers stand for what is left
+    // out.
+    let up = wanted.up.unwrap_or(DVec3::Z);
+    let given = wanted.view.or_else(|| Some(wanted.look_at? - wanted.origin?));
+    let stand_in = Camera {
+        projection,
+        origin: wanted.origin.unwrap_or_default(),
+        view: given.unwrap_or(if parallel(up, DVec3::X) { DVec3::Y } else { DVec3::X }),
+        up,
+        size: size.unwrap_or(ScreenSize::Width(1.0)),
+        near: wanted.near,
+        far: wanted.far,
+    };
+    stand_in.check().map_err(|error| camera_fault(&section, &error))?;
+    Ok(ReadCamera { section, wanted, notes })
+}
+
+/// Puts together what has been read. The scene is looked at to choose what `[camera]` leaves out.
+fn finish(
+    scene: Scene,
+    camera: Option<ReadCamera>,
+    image: ImageSize,
+    background: [u8; 3],
+    files: Files,
+) -> Result<Loaded, Fault> {
+    let wanted = camera.as_ref().map(|camera| camera.wanted);
+    if let Err(error) = wanted.unwrap_or_default().camera(&scene.bounds(), image).check() {
+        let too_large = |span| {
+            Fault::new(
+                "no camera can be framed around so large a scene: it would stand beyond the range \
+                 of 64-bit floats",
+                span,
+                "left to be chosen",
+                "give [camera] an origin, a view and a width, or divide all centres and radii by \
+                 a power of ten",
+            )
+        };
+        return Err(match &camera {
+            Some(ReadCamera { section, wanted, .. }) => match error {
+                CameraError::UpParallel if section.get("up").is_some() => Fault::new(
+                    "up is parallel to the direction from the origin to the middle of the scene",
+                    section.place("up"),
+                    "parallel to where the camera looks",
+                    "leave `up` out, or add a `view` that points another way",
+                ),
+                error if wanted.fixed().is_some() => camera_fault(section, &error),
+                _ => too_large(section.span.clone()),
+            },
+            None => too_large(0..0),
+        });
+    }
+    let notes = camera.map_or(Vec::new(), |camera| camera.notes);
+    let fixed_camera = wanted.and_then(|wanted| wanted.fixed());
+    let Files { paths, watch, copied, .. } = files;
+    Ok(Loaded {
+        scene,
+        fixed_camera,
+        wanted,
+        image,
+        background,
+        files: paths,
+        watch,
+        copied,
+        notes,
+    })
+}
+
+fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
+    match string("projection", value)?.as_str() {
+        "orthographic" => Ok(Projection::Orthographic),
+        "perspective" => Ok(Projection::Perspective),
+        other => Err(Fault::new(
+            format!("unknown projection \"{}\"", text::value(other)),
+            value.span(),
+            "unknown",
+            "write projection = \"orthographic\" or projection = \"perspective\"",
+        )),
+    }
+}
+
+fn read_screen(
+    section: &Section,
+    projection: Projection,
+) -> Result<(Option<ScreenSize>, Vec<String>), Fault> {
+    section.not_both("width", "fov")?;
+    section.not_both("height", "fov")?;
+    let fov = section.read("fov", number)?;
+    let screen = (section.read("width", number)?, section.read("height", number)?);
+    match (projection, fov, screen) {
+        (Projection::Orthographic, Some(_), _) => Err(Fault::new(
+            "`fov` is given, but the camera is orthographic",
+            section.place("fov"),
+            "an orthographic camera has no field of view",
+            "add projection = \"perspective\", or give `width` in world units instead of `fov`",
+        )),
+        (Projection::Perspective, Some(fov), _) => match height_from_fov(fov) {
+            Ok(height) => Ok((Some(ScreenSize::Height(height)), Vec::new())),
+            Err(error) => Err(camera_fault(section, &error)),
+        },
+        (_, None, (width, height)) => {
+            let notes = match projection {
+                Projection::Perspective => wide(width, height).into_iter().collect(),
+                Projection::Orthographic => Vec::new(),
+            };
+            let size = match (width, height) {
+                (Some(width), Some(height)) => Some(ScreenSize::Both { width, height }),
+                (Some(width), None) => Some(ScreenSize::Width(width)),
+                (None, Some(height)) => Some(ScreenSize::Height(height)),
+                (None, None) => None,
+            };
+            Ok((size, notes))
+        }
+    }
+}
+
+/// A word on a perspective screen that is meant for an orthographic camera, as far as one can tell:
+/// who wants a field of view of more than 150 degrees says so in degrees.
+fn wide(width: Option<f64>, height: Option<f64>) -> Option<String> {
+    let sides =
+        [("width", width), ("height", height)].map(|(key, side)| (key, side.unwrap_or(0.0)));
+    let (key, side) = if sides[1].1 > sides[0].1 { sides[1] } else { sides[0] };
+    let degrees = 2.0 * (0.5 * side).atan().to_degrees();
+    let instead = if width.is_some() && height.is_some() {
+        "`width` and `height`".into()
+    } else {
+        format!("`{key}`")
+    };
+    (degrees > 150.0).then(|| {
+        format!(
+            "{key} {side} at distance 1 is a field of view of {degrees:.0} degrees; fov = 60.0 is \
+             usual, in place of {instead}"
+        )
+    })
+}
+
+/// The camera's own words, split into what is wrong and the fix, at the place that they speak of.
+fn camera_fault(section: &Section, error: &CameraError) -> Fault {
+    let words = error.to_string();
+    let (message, fix) = words.split_once("; ").unwrap_or((&words, "correct the camera"));
+    let direction = if section.get("look_at").is_some() { "look_at" } else { "view" };
+    match error {
+        CameraError::NotFinite(_) => Fault::new(
+            "look_at - origin is beyond the range of 64-bit floats",
+            section.place(direction),
+            "too far from the origin",
+            "give a point nearer to the camera, or `view`, a direction, in its place",
+        ),
+        CameraError::ZeroView if direction == "look_at" => Fault::new(
+            "`look_at` is the camera's origin: the view direction is zero",
+            section.place("look_at"),
+            "the same point as the origin",
+            "give another point, or `view`, a direction, in its place",
+        ),
+        CameraError::ZeroView => Fault::new(message, section.place("view"), "zero", fix),
+        CameraError::Fov(_) => {
+            Fault::new(message, section.place("fov"), "not between 0 and 180", fix)
+        }
+        CameraError::UpZero => Fault::new(
+            "up is zero, which points nowhere",
+            section.place("up"),
+            "zero",
+            match section.read("view", vector) {
+                Ok(Some(view)) if parallel(view, DVec3::Z) => "write up = [0.0, 1.0, 0.0]",
+                _ => "leave `up` out: it is [0.0, 0.0, 1.0] then",
+            },
+        ),
+        CameraError::UpParallel if section.get("up").is_none() => Fault::new(
+            "the view direction is parallel to the default up, [0, 0, 1]",
+            section.place(direction),
+            "along the z axis",
+            "add an `up` that points another way, such as up = [0.0, 1.0, 0.0]",
+        ),
+        CameraError::UpParallel => {
+            Fault::new(message, section.place("up"), "parallel to the view direction", fix)
+                .and(section.place(direction), "the view direction")
+        }
+        CameraError::Size { what, .. } => {
+            let key = if section.get("fov").is_some() { "fov" } else { what };
+            Fault::new(message, section.place(key), "not positive", fix)
+        }
+        CameraError::Planes { near, .. } if *near < 0.0 => Fault::new(
+            format!("near is {near}, which is behind the camera"),
+            section.place("near"),
+            "negative",
+            "write a near of 0 or more",
+        ),
+        CameraError::Planes { .. }
+            if section.get("near").is_some() && section.get("far").is_some() =>
+        {
+            Fault::new(message, section.place("near"), "not less than far", fix)
+                .and(section.place("far"), "far")
+        }
+        CameraError::Planes { .. } => {
+            Fault::new(message, section.place("far"), "not beyond near", fix)
+        }
+    }
+}
+
+/// Where the numbers of a block come from, for faults that are found when the scene is put
+/// together.
+struct Source {
+    span: Range<usize>,
+    centers: (PathBuf, Range<usize>),
+    radii: Option<(PathBuf, Range<usize>)>,
+}
+
+/// The files of the arrays that were read.
+#[derive(Default)]
+struct Files {
+    /// All of them.
+    paths: Vec<PathBuf>,
+    /// Those whose numbers are used where they lie.
+    watch: Watch,
+    /// The others.
+    copied: Vec<Copied>,
+    /// All that were mapped, each with its place in the scene file.
+    mapped: Vec<(Arc<Mapped>, Range<usize>)>,
+}
+
+impl Files {
+    /// Takes note of an array's file, and hands its numbers on.
+    fn keep<T>(&mut self, array: Named, taken: Taken<T>) -> T {
+        let in_place = taken.copied.is_none();
+        self.copied.extend(taken.copied);
+        if let Some(file) = array.array.mapped {
+            if in_place {
+                self.watch.0.push(Arc::clone(&file));
+            }
+            self.mapped.push((file, array.span));
+        }
+        taken.numbers
+    }
+
+    /// A file that changed while its numbers were looked at: whatever was found in them is not to
+    /// be believed.
+    fn changed(&self) -> Option<Fault> {
+        self.mapped.iter().find_map(|(file, span)| {
+            let words = file.changed()?.to_string();
+            let (message, fix) = words.split_once("\nfix: ").unwrap_or((&words, "draw again"));
+            Some(Fault::new(message, span.clone(), "this array", fix))
+        })
+    }
+}
+
+/// All `[[sphere]]` first, then each `[[spheres]]` in turn.
+fn read_spheres(
+    root: &Section,
+    mut singles: Vec<Sphere>,
+    folder: &Path,
+) -> Result<(Scene, Files), Fault> {
+    let (mut blocks, mut sources) = (Vec::new(), Vec::new());
+    let mut files = Files::default();
+    for table in tables(root, "sphere")? {
+        singles.push(read_sphere(table)?);
+    }
+    if !singles.is_empty() {
+        blocks.push(Block::from_spheres(&singles));
+        sources.push(None);
+    }
+    for value in tables(root, "spheres")? {
+        let (block, source) = read_block(value, folder, &mut files)?;
+        blocks.push(block);
+        sources.push(Some(source));
+    }
+    let scene = Scene::new(blocks);
+    if let Some(fault) = files.changed() {
+        return Err(fault);
+    }
+    Ok((scene.map_err(|error| scene_fault(&error, &sources))?, files))
+}
+
+/// The tables of a `[[name]]`.
+fn tables<'t, 'i>(root: &Section<'t, 'i>, name: &str) -> Result<&'t [Value<'i>], Fault> {
+    match root.get(name).map(|value| (value, value.get_ref())) {
+        None => Ok(&[]),
+        Some((_, DeValue::Array(items))) => Ok(items),
+        Some((value, _)) => Err(Fault::new(
+            format!("`{name}` is not a list of tables"),
+            value.span(),
+            "only one",
+            format!("write [[{name}]], with two brackets on each side"),
+        )),
+    }
+}
+
+fn read_sphere(value: &Value) -> Result<Sphere, Fault> {
+    let section = Section::new("[[sphere]]", value, &["center", "radius", "color"])?;
+    let Some(center) = section.read("center", vector)? else {
+        return Err(missing(&section, "center", "center = [0.0, 0.0, 0.0]"));
+    };
+    let Some(radius) = section.read("radius", positive)? else {
+        return Err(missing(&section, "radius", "radius = 1.0"));
+    };
+    Ok(Sphere { center, radius, color: section.read("color", color)?.unwrap_or(DEFAULT_COLOR) })
+}
+
+fn missing(section: &Section, key: &str, example: &str) -> Fault {
+    Fault::new(
+        format!("`{key}` is missing"),
+        section.span.clone(),
+        format!("no `{key}`"),
+        format!("add {example}"),
+    )
+}
+
+fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
+    let number = number(key, value)?;
+    if number > 0.0 {
+        return Ok(number);
+    }
+    // Text such as 1e-400 is nearest to zero.
+    Err(Fault::new(
+        format!("`{key}` is {number}, but a radius is greater than 0"),
+        value.span(),
+        "not positive",
+        "write a number greater than 0, or remove the sphere",
+    ))
+}
+
+fn read_block(value: &Value, folder: &Path, files: &mut Files) -> Result<(Block, Source), Fault> {
+    let section =
+        Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
+    section.not_both("radii", "radius")?;
+    section.not_both("colors", "color")?;
+
+    let Some(centers) = open(&section, "centers", folder, files)? else {
+        return Err(missing(
+            &section,
+            "centers",
+            "centers = \"centers.npy\", an array of shape (N, 3)",
+        ));
+    };
+    // The others are needed to understand centres of a wrong shape; what is wrong with them is told
+    // after that.
+    let radii = open(&section, "radii", folder, files);
+    let colors = open(&section, "colors", folder, files);
+    let says =
+        |array: &Result<Option<Named>, Fault>, key| array.as_ref().ok()?.as_ref()?.array.count(key);
+    let count = match (says(&radii, Key::Radii), says(&colors, Key::Colors)) {
+        (Some(a), Some(b)) if a != b => None,
+        (a, b) => a.or(b),
+    };
+    let (taken, count) = centers.array.centers(count).map_err(|refused| centers.fault(&refused))?;
+    let mut source = Source { span: section.span.clone(), centers: centers.place(), radii: None };
+    let mut block = Block {
+        centers: files.keep(centers, taken),
+        radii: Radii::Same(0.0),
+        colors: Colors::Same(section.read("color", color)?.unwrap_or(DEFAULT_COLOR)),
+    };
+
+    if let Some(radii) = radii? {
+        let taken = radii.array.radii(count).map_err(|refused| radii.fault(&refused))?;
+        source.radii = Some(radii.place());
+        block.radii = Radii::Each(files.keep(radii, taken));
+    } else if let Some(radius) = section.read("radius", positive)? {
+        block.radii = Radii::Same(radius);
+    } else {
+        return Err(missing(
+            &section,
+            "radii",
+            "radii = \"radii.npy\" (shape (N,)), or radius = 0.5 for all",
+        ));
+    }
+
+    if let Some(colors) = colors? {
+        let taken = colors.array.colors(count).map_err(|refused| colors.fault(&refused))?;
+        block.colors = Colors::Each(files.keep(colors, taken));
+    }
+    Ok((block, source))
+}
+
+/// An array that a key names.
+struct Named {
+    path: PathBuf,
+    span: Range<usize>,
+    array: Array,
+}
+
+impl Named {
+    fn place(&self) -> (PathBuf, Range<usize>) {
+        (self.path.clone(), self.span.clone())
+    }
+
+    fn fault(&self, refused: &Refused) -> Fault {
+        array_fault(&self.path, self.span.clone(), refused)
+    }
+}
+
+fn array_fault(path: &Path, span: Range<usize>, refused: &Refused) -> Fault {
+    let Refused { words, fix } = refused;
+    Fault::new(format!("{}: {words}", path.display()), span, "this array", fix)
+}
+
+fn open(
+    section: &Section,
+    key: &str,
+    folder: &Path,
+    files: &mut Files,
+) -> Result<Option<Named>, Fault> {
+    let Some(name) = section.read(key, string)? else { return Ok(None) };
+    let (path, span) = (folder.join(name), section.place(key));
+    files.paths.push(path.clone());
+    match Array::open(path.clone()) {
+        Ok(array) => Ok(Some(Named { path, span, array })),
+        Err(refused) => Err(array_fault(&path, span, &refused)),
+    }
+}
+
+/// Names the array, and the place in it, of a number that is not one.
+fn scene_fault(error: &SceneError, sources: &[Option<Source>]) -> Fault {
+    let source = |block: usize| sources.get(block).and_then(Option::as_ref);
+    match *error {
+        SceneError::Center { block, index, axis, value } => {
+            if let Some(Source { centers: (path, span), .. }) = source(block) {
+                let column = axis as u32 - 'x' as u32;
+                return Fault::new(
+                    format!(
+                        "{}: {axis} of centre {index} is {value}, not a finite number",
+                        path.display()
+                    ),
+                    span.clone(),
+                    format!("element [{index}, {column}] of this array"),
+                    "write finite numbers into the array, or leave the sphere out",
+                );
+            }
+        }
+        SceneError::Radius { block, index, value } => {
+            if let Some(Source { radii: Some((path, span)), .. }) = source(block) {
+                return Fault::new(
+                    format!(
+                        "{}: radius {index} is {value}, not a positive finite number",
+                        path.display()
+                    ),
+                    span.clone(),
+                    format!("element [{index}] of this array"),
+                    "write radii greater than 0 into the array, or leave the sphere out",
+                );
+            }
+        }
+        SceneError::Shape { .. } | SceneError::Changing { .. } | SceneError::TooMany(_) => {}
+    }
+    let last = sources.iter().flatten().next_back().map_or(0..0, |source| source.span.clone());
+    Fault::new(error.to_string(), last, "here", "draw fewer spheres at a time")
+}

@@ -1,0 +1,302 @@
+//! Reads parts of pictures: NumPy archives as [`crate::part`] describes them, mapped,
+//! checked once from end to end.
+
+use std::{
+    io,
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use bytes::Bytes;
+use glam::DVec3;
+use rayon::prelude::*;
+use zip::{CompressionMethod, ZipArchive, result::ZipError};
+
+use crate::{
+    load::{
+        Watch,
+        mapped::{Mapped, OpenError, open_regular},
+        report::LoadError,
+    },
+    npy::read::{Descr, Header, header},
+};
+use planisphere_core::{
+    camera::{Camera, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View},
+    part::{Meta, Part, Pixels, VERSION},
+    scene::{Block, Bounds, Colors, Radii, Reals, Scene},
+    text,
+};
+
+/// What to do about a file that is no part, or no longer one.
+const FIX: &str =
+    "write it with `planisphere render SCENE --visibility FILE.npz`, and copy it whole";
+
+/// What is wrong, and the fix.
+type Problem = (String, &'static str);
+
+/// Reads a part. The file stays mapped: it must not be changed while the part is in use. [`parts`]
+/// lets one know.
+///
+/// # Errors
+/// When it cannot be read, is not a part, or not as it was written.
+pub fn part(path: &Path) -> Result<Part, LoadError> {
+    watched(path).map(|(part, _)| part)
+}
+
+/// Reads parts, and watches their files, which stay mapped: before a picture that was merged of
+/// them is used, [`Watch::changed`] is asked.
+///
+/// # Errors
+/// As [`part`].
+pub fn parts(paths: &[PathBuf]) -> Result<(Vec<Part>, Watch), LoadError> {
+    let read: Vec<_> =
+        paths.par_iter().map(|path| watched(path)).collect::<Result<_, LoadError>>()?;
+    let (parts, files) = read.into_iter().unzip();
+    Ok((parts, Watch(files)))
+}
+
+fn watched(path: &Path) -> Result<(Part, Arc<Mapped>), LoadError> {
+    let name = text::name(path);
+    let refused = |problem: String, fix: &str| LoadError::of_file(&name, problem, fix);
+    let unread =
+        |error: io::Error| refused(format!("cannot be read: {error}"), OpenError::fix(&error));
+    let (file, metadata) = open_regular(path).map_err(|error| match error {
+        OpenError::Missing => refused(error.to_string(), "correct the name of the part"),
+        OpenError::NotRegular(_) => refused(error.to_string(), FIX),
+        OpenError::Io(error) => unread(error),
+    })?;
+    if metadata.len() == 0 {
+        return Err(refused("is empty".into(), FIX));
+    }
+    let file = Mapped::new(path, file).map_err(unread)?;
+    let part = read(&name, file.bytes());
+    if let Some(changed) = file.changed() {
+        let words = changed.to_string();
+        let (problem, fix) = words.split_once("\nfix: ").unwrap_or((&words, FIX));
+        return Err(LoadError::of_message(problem, fix));
+    }
+    part.map(|part| (part, file)).map_err(|(problem, fix)| refused(problem, fix))
+}
+
+fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
+    let whole: &[u8] = &bytes;
+    let archive = ZipArchive::new(io::Cursor::new(whole)).map_err(|error| damaged(&error))?;
+    let mut archive = Archive { archive, whole };
+    let [version] = archive.integers("version", &[])?;
+    if version != VERSION {
+        let problem =
+            format!("is a part of format {version}; this planisphere reads format {VERSION}");
+        return Err((problem, "merge with the version of planisphere that wrote it"));
+    }
+    let meta = meta(&mut archive)?;
+    let Region { width, height, .. } = meta.region;
+
+    let pixels = archive.entry("pixels")?;
+    let fields = |id| [("id", id), ("low", "<f8"), ("high", "<f8")];
+    let wide = match &pixels.descr {
+        descr if descr.is_record(&fields("<i4")) => false,
+        descr if descr.is_record(&fields("<i8")) => true,
+        _ => return Err(wrong("pixels")),
+    };
+    let length = Pixels::record(wide) * meta.region.pixels();
+    if pixels.shape != [height as usize, width as usize] || pixels.data.len() != length {
+        return Err(wrong("pixels"));
+    }
+    let pixels = Pixels { bytes: bytes.slice(pixels.data), wide };
+
+    let indices = archive.entry("indices")?;
+    let [count] = indices.shape[..] else { return Err(wrong("indices")) };
+    let numbers = archive.numbers(&indices, "indices", "<i8", &[count], i64::from_le_bytes)?;
+    let inside = |index: i64| {
+        meta.ranges.iter().any(|range| (range.start as i64..range.end as i64).contains(&index))
+    };
+    if !(numbers.is_sorted_by(|a, b| a < b) && numbers.iter().all(|&index| inside(index))) {
+        return Err(wrong("indices"));
+    }
+    let indices = numbers.into_iter().map(|index| index as u64).collect();
+    let [centers, radii, colors] = ["centers", "radii", "colors"].map(|name| archive.entry(name));
+    let centers = archive.numbers(&centers?, "centers", "<f8", &[count, 3], f64::from_le_bytes)?;
+    let radii = archive.numbers(&radii?, "radii", "<f8", &[count], f64::from_le_bytes)?;
+    let colors = archive.numbers(&colors?, "colors", "|u1", &[count, 3], |[byte]: [u8; 1]| byte)?;
+    let spheres = Block {
+        centers: Reals::F64(centers.into()),
+        radii: Radii::Each(Reals::F64(radii.into())),
+        colors: Colors::Each(colors.into()),
+    };
+    let within = |scene: Scene| {
+        let (own, all) = (scene.bounds(), meta.bounds?);
+        let inside = own.min_center.cmpge(all.min_center).all()
+            && own.max_center.cmple(all.max_center).all();
+        (inside && own.min_radius >= all.min_radius && own.max_radius <= all.max_radius)
+            .then_some(())
+    };
+    let scene = Scene::new(vec![spheres.clone()]).map_err(|error| (error.to_string(), FIX))?;
+    if count > 0 && within(scene).is_none() {
+        return Err(wrong("extent"));
+    }
+    Ok(Part { name: name.into(), meta, pixels, indices, spheres })
+}
+
+/// Everything but pixels and spheres.
+fn meta(archive: &mut Archive) -> Result<Meta, Problem> {
+    let image: [i64; 2] = archive.integers("image", &[2])?;
+    let [width, height] =
+        image.map(|side| u32::try_from(side).ok().filter(|side| (1..=MAX_SIDE).contains(side)));
+    let (Some(width), Some(height)) = (width, height) else { return Err(wrong("image")) };
+    let image = ImageSize { width, height };
+    let region: [i64; 4] = archive.integers("region", &[4])?;
+    let [x, y, width, height] = region.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+    let fits = |from: u32, length: u32, side: u32| {
+        length > 0 && from.checked_add(length).is_some_and(|end| end <= side)
+    };
+    if !(fits(x, width, image.width) && fits(y, height, image.height)) {
+        return Err(wrong("region"));
+    }
+    let region = Region { x, y, width, height };
+
+    let projection = match archive.array("projection", "|u1", &[], |[byte]: [u8; 1]| byte)?[..] {
+        [0] => Projection::Orthographic,
+        [1] => Projection::Perspective,
+        _ => return Err(wrong("projection")),
+    };
+    let mut vector = |name| archive.reals(name, &[3]).map(DVec3::from_array);
+    let (origin, view, up) = (vector("origin")?, vector("view")?, vector("up")?);
+    let size = match archive.reals("screen", &[2])? {
+        [width, height] if height.is_nan() => ScreenSize::Width(width),
+        [width, height] if width.is_nan() => ScreenSize::Height(height),
+        [width, height] => ScreenSize::Both { width, height },
+    };
+    let [near, far] = archive.reals("clip", &[2])?;
+    let camera = Camera { projection, origin, view, up, size, near, far };
+    camera.check().map_err(|error| (format!("its camera is none: {error}"), FIX))?;
+    let background = archive.array("background", "|u1", &[3], |[byte]: [u8; 1]| byte)?;
+
+    let ranges = archive.entry("ranges")?;
+    let [count, 2] = ranges.shape[..] else { return Err(wrong("ranges")) };
+    let ends = archive.numbers(&ranges, "ranges", "<i8", &[count, 2], i64::from_le_bytes)?;
+    let ends: Vec<u64> =
+        ends.into_iter().map(|end| u64::try_from(end).unwrap_or(u64::MAX)).collect();
+    let ranges: Vec<Range<u64>> = ends.chunks_exact(2).map(|ends| ends[0]..ends[1]).collect();
+    let sound = ranges.iter().all(|range| range.start < range.end && range.end <= i64::MAX as u64);
+    if !sound || !ranges.is_sorted_by(|a, b| a.end < b.start) {
+        return Err(wrong("ranges"));
+    }
+    let extent: [f64; 8] = archive.reals("extent", &[2, 4])?;
+    let bounds = if ranges.is_empty() {
+        None
+    } else if extent.iter().all(|value| value.is_finite()) {
+        let [x, y, z, min_radius, u, v, w, max_radius] = extent;
+        let (min_center, max_center) = (DVec3::new(x, y, z), DVec3::new(u, v, w));
+        if !(min_center.cmple(max_center).all() && 0.0 < min_radius && min_radius <= max_radius) {
+            return Err(wrong("extent"));
+        }
+        Some(Bounds { min_center, max_center, min_radius, max_radius })
+    } else {
+        return Err(wrong("extent"));
+    };
+    let background = background.try_into().map_err(|_| wrong("background"))?;
+    Ok(Meta { view: View::new(camera, image), region, background, ranges, bounds })
+}
+
+fn wrong(array: &str) -> Problem {
+    (format!("is no part of a picture: its array `{array}` is not as it should be"), FIX)
+}
+
+fn damaged(error: &dyn std::fmt::Display) -> Problem {
+    (format!("is no part of a picture, or damaged: {error}"), FIX)
+}
+
+/// An archive in memory.
+struct Archive<'a> {
+    archive: ZipArchive<io::Cursor<&'a [u8]>>,
+    whole: &'a [u8],
+}
+
+/// One array: its type as NumPy writes it, its shape, and where its numbers lie in the archive.
+struct Entry {
+    descr: Descr,
+    shape: Vec<usize>,
+    data: Range<usize>,
+}
+
+impl Archive<'_> {
+    /// Finds an array, and reads it once to see that it is as it was written.
+    fn entry(&mut self, name: &str) -> Result<Entry, Problem> {
+        let missing = || (format!("is no part of a picture: it has no array `{name}`"), FIX);
+        let index = self.archive.index_for_name(&format!("{name}.npy")).ok_or_else(missing)?;
+        let compressed = || {
+            let fix = "leave the archive as it was written, or save it with numpy.savez, not \
+                       savez_compressed";
+            (format!("its array `{name}` is compressed"), fix)
+        };
+        let mut file = self.archive.by_index(index).map_err(|error| match error {
+            ZipError::UnsupportedArchive(_) => compressed(),
+            error => damaged(&error),
+        })?;
+        if file.compression() != CompressionMethod::Stored {
+            return Err(compressed());
+        }
+        io::copy(&mut file, &mut io::sink()).map_err(|error| damaged(&error))?;
+        let place = file.data_start().and_then(|start| {
+            let start = usize::try_from(start).ok()?;
+            Some(start..start.checked_add(usize::try_from(file.size()).ok()?)?)
+        });
+        let place =
+            place.filter(|place| place.end <= self.whole.len()).ok_or_else(|| wrong(name))?;
+        let (Header { descr, fortran, shape }, offset) =
+            header(&self.whole[place.clone()]).map_err(|refused| damaged(&refused.words))?;
+        if fortran {
+            return Err(wrong(name));
+        }
+        Ok(Entry { descr, shape, data: place.start + offset..place.end })
+    }
+
+    /// The numbers of an array of this type and shape.
+    fn numbers<T: Send, const N: usize>(
+        &self,
+        entry: &Entry,
+        name: &str,
+        descr: &str,
+        shape: &[usize],
+        read: fn([u8; N]) -> T,
+    ) -> Result<Vec<T>, Problem> {
+        let count = shape.iter().try_fold(1usize, |count, &n| count.checked_mul(n));
+        let length = count.and_then(|count| count.checked_mul(N));
+        if entry.descr != Descr::One(descr.into())
+            || entry.shape != shape
+            || length != Some(entry.data.len())
+        {
+            return Err(wrong(name));
+        }
+        Ok(self.whole[entry.data.clone()]
+            .as_chunks::<N>()
+            .0
+            .par_iter()
+            .map(|&bytes| read(bytes))
+            .collect())
+    }
+
+    fn array<T: Send, const N: usize>(
+        &mut self,
+        name: &str,
+        descr: &str,
+        shape: &[usize],
+        read: fn([u8; N]) -> T,
+    ) -> Result<Vec<T>, Problem> {
+        let entry = self.entry(name)?;
+        self.numbers(&entry, name, descr, shape, read)
+    }
+
+    fn integers<const N: usize>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+    ) -> Result<[i64; N], Problem> {
+        self.array(name, "<i8", shape, i64::from_le_bytes)?.try_into().map_err(|_| wrong(name))
+    }
+
+    fn reals<const N: usize>(&mut self, name: &str, shape: &[usize]) -> Result<[f64; N], Problem> {
+        self.array(name, "<f8", shape, f64::from_le_bytes)?.try_into().map_err(|_| wrong(name))
+    }
+}
