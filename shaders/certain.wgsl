@@ -1,4 +1,5 @@
-// The filter is on: bounds as derived.
+// The filter is on: bounds as derived in docs/numerics.md (groups W, O, V). U is 2^-23, one
+// rounding of WGSL (lemma A3).
 const U = 0x1p-23;
 // Room for the rounding of the bounds themselves.
 const SURE = 1.01;

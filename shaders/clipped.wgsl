@@ -43,8 +43,8 @@ struct Ends {
 }
 
 fn ends(item: Item, c: Chord) -> Ends {
-    // What the half chord may be too long: 2 E / (root + sqrt(root^2 - 2 E)) where root^2 > 4 E;
-    // all of it where the hit is in doubt.
+    // What the half chord may be too long where root^2 > 4 E (lemma W7 of docs/numerics.md); all of
+    // it where the hit is in doubt.
     let late = vec4<f32>(1.18 * item.bounds.y) / max(c.root, vec4<f32>(1.0));
     let least = select(
         vec4<f32>(0.0),

@@ -1,28 +1,21 @@
 // Orthographic rays: spheres about a tile, and the chord of a pixel's ray in a sphere.
 //
-// In steps, from the middle of the tile. u = 2^-23: WGSL may round any operation either way.
+// In steps, from the middle of the tile. A pixel's ray passes a centre (X, Y, Z) at dx, dy; then q
+// = R^2 - dx^2 - dy^2, and a hit's key is Z - sqrt(q).
 //
-// Place. The integer offset is off by at most `delta` less its last part (plan.rs). Its conversion,
-// the pixel's offset (one factor rounded by the host, one product) and their difference add at most
-// u (|X| + 1.6 |p| + |dx|) with
-// |X| <= |dx| + |p| and |p| <= 3.5 pitches; with room for another order of the terms `delta` has
-// 24 u pitches, and e = delta + 4 u |dx|
-// bounds the error of each of dx, dy. As a vector: eps = sqrt 2 (delta + 4 u d).
+// Bounds: docs/numerics.md, measured by tests/adversary.rs. u = 2^-23, as WGSL may round any
+// operation either way.
 //
-// Square. If d or d* is at most R: |d2 - d2*| <= 2 R eps + eps^2 <= 2.84 R delta + 11.5 u R^2 + 2.1
-// delta^2, and the roundings of the products, sums and of R^2 add 8 u R^2. So E = 2.9 R delta + 20
-// u R^2 + 2.2 delta^2 bounds the error of q = R^2 - d2, and with reach = R^2 + E and square = reach
-// - d2:   q* lies in [square - 2 E, square] if q* >= 0 or square >= E. So square < 0 is a certain
-// miss.
+// The error of q is at most (lemmas O1, O2; delta of plan.rs)
+//     E = 2.9 R delta + 20 u R^2 + 2.2 delta^2
+// square = q + E. square <= 0 is a certain miss, square > 4 E a certain hit, of which sqrt(square)
+// is too great by 0.59 sqrt(E) at most (O3).
 //
-// Safe. Where square > 4 E the hit is certain, and root - sqrt(q*) <= 2 E / (sqrt(4 E) + sqrt(2 E))
-// <= 0.59 sqrt(E).
-//
-// Depth. Of Z: the integer's error, delta_depth, and its conversion, u |Z|. Of Z - root: the square
-// root, 4.5 u R, and the difference, u (|Z| + R). So the depth of a hit is above key - slack with
-// slack = delta_depth + u (6 |Z| + 8 R), and that of a safe one below key + slack + 0.59 sqrt(E).
-// As sqrt(E) >= sqrt(20 u) R, two slacks and that are at most doubt = 2 delta_depth + 0.61 sqrt(E)
-// + 14 u |Z|, with room for the roundings of keys compared.
+// A hit's depth is at least key - slack, and that of a certain one at most key + slack + 0.59
+// sqrt(E) (O4). Two slacks and that are at most doubt (O5). So keys that are apart by more than the
+// greatest doubt are in the order of depths (W4).
+//     slack = delta_depth + u (6 |Z| + 8 R)
+//     doubt = 2 delta_depth + 0.61 sqrt(E) + 14 u |Z|
 
 // What all tiles of a frame have in common of the bounds.
 struct Bounds {
@@ -62,8 +55,8 @@ struct Item {
     bounds: vec2<f32>,
     // Hits of a greater square are safe: 4 E.
     safe: f32,
-    // Of a hit that is not safe the key is greater: less than shape.z - sqrt(4 E), and not
-    // negative. See guard.wgsl.
+    // Of a hit that is not safe the key is greater (lemma O6): less than shape.z - sqrt(4 E), and
+    // not negative. See guard.wgsl.
     guard: f32,
     // What is in doubt of the depth, both ends together. Not passed from lane to lane, as what
     // follows: the greatest of a tile's list stands for all.

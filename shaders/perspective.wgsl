@@ -13,48 +13,26 @@
 // small as depths in the tile. In such depths the key is (t - apart) a + shift, shift = apart (d -
 // d0) . d + lift, and lift is so large that shift >= 0.
 //
-// A hit's key must be above 0. It is above front - slack - 3 sqrt(E) for front = z - R; of a sphere
-// that meets a ray of the tile |C| <= k (|Z| + 2 R) and
-// |W| <= k R + 2 h |C|, so that slack + 3 sqrt(E), with sqrt(R delta) shared out, is at most
-// 1024 k delta + k^2 (R (1 / 32 + h / 8) + |Z| h / 24). Depths
-// in the tile are counted from more than that before the first hit: plan.rs, `margin`.
+// Bounds: docs/numerics.md, measured by tests/adversary.rs. u = 2^-23; n, m, W of the tile's
+// middle; s is the length of (sx, sy), k >= |d| and g >= k^2 in the tile, h at least the greater
+// half of a tile on the screen.
 //
-// In steps; u = 2^-23; k >= |d| in the tile, s the length of (sx, sy), h at least the greater half
-// of a tile on the screen; n, m, W of the tile's middle from here on.
+// The error of D is at most (lemmas V3, V4; the shader has it without roots, V5)
+//     E = 2.2 g delta^2 + 2.9 g R delta + u R^2 (g (13 + 3 s + 3 s^2) + 48 h k)
+//         + u (p1 |W|^2 + p2 h^2 |C|^2)
+// with the numbers p1 and p2 of V4 and delta of plan.rs. square = D + E. square <= 0 is a certain
+// miss, square > 4 E a certain hit, of which sqrt(square) is too great by 0.59 sqrt(E) at most
+// (V6).
 //
-// Place. n, m come from integers as in orthographic.wgsl and are converted; Z (from the camera) is
-// good to delta_depth + 2.5 u |Z|, dx and dy to 1.5 u of themselves. plan.rs adds to delta what
-// that is at a pixel: so n and m there are good to delta + u |(n, m)|, as a vector 1.42 times that,
-// and sx, sy to 1.5 u s. So W is good to k (1.42 delta + u |W|) + 1.5 u s |W of the pixel|, and
-// where that W is at most k R, as D or the exact one is positive, D is good to 2.84 k^2 R delta +
-// 2.1 k^2 delta^2 + u k^2 (R^2 (3 + 3 s + 3 s^2) + |W|^2 / 2), with R good to u R / 2 and a to 3 u
-// s^2.
+// A hit's true key is at least key - slack, and that of a certain one at most key + slack + 0.59
+// sqrt(E) (V7). Two slacks and that are at most doubt, for k <= 8, which the host sees to (V8). So
+// keys that are apart by more than the greatest doubt are in the order of depths (W4).
+//     slack = g delta_depth + 1.42 s delta
+//         + u (|z| (13 g + 12 h k) + (|n| + |m|) (10 s + 12 h) + 4 lift + 5.5 k R)
+//     doubt = 2 g delta_depth + 2.84 s delta + 0.62 sqrt(E) + u (|z| (30 g + 24 h k) + 20 lift)
 //
-// Square. Coefficients and their sum, in any order. The roundings are u R^2 (10 k^2 + 48 h k) in
-// terms of R^2; in those of |W|^2, where a product has w = n sy + m sx for a factor, |w| <= s |(n,
-// m)|: u |W|^2 (8.5 + 4 s^2 + 4 h s + 12 h^2 + 2 h); in those of h |W| |C|, 20 + 32 s, and of h^2
-// |C|^2, 16 + 12 s^2 + 2 h, as X and Y are at most s |Z| + |(n, m)|. The third is shared out
-// between its neighbours, 0.3 of it and 0.84. In all
-//     E = 2.2 k^2 delta^2 + 2.9 k^2 R delta + u R^2 (k^2 (13 + 3 s + 3 s^2) + 48 h k) + u (p |W|^2
-//     + q h^2 |C|^2), p = 15 + 9.6 s + 4.5 s^2 + 4 h s + 12 h^2 + 2 h,     q = 33 + 27 s + 12 s^2 +
-//     2 h is the bound of D's error; with square = D + E the exact one lies in [square - 2 E,
-//     square]. So square < 0 is a certain miss. k <= 8: the host sees to it. Written without roots
-//     and with g alone: k^2 = g = 1 + s^2 and k <= g, s <= 1/4 + s^2 <= g, |C|^2 <= 1.1 k^2 Z^2 +
-//     11 |W|^2 as |C| <= k |Z| + |W|;
-//     13 + 3 s + 3 s^2 <= 8 + 6 g,     p <= g (17.4 + 6 h + 12 h^2),     q <= g (40 + 2 h).
-//
-// Safe. Where square > 4 E the hit is certain, and root - sqrt(D*) <= 2 E / (sqrt(4 E) + sqrt(2 E))
-// <= 0.59 sqrt(E).
-//
-// Depth. c . d: of z (in the tile) k^2 (delta_depth + u |z|); of n, m 1.42 s delta and u s |(n,
-// m)|; of sx, sy 3 u k s |z| + 1.5 u s |(n, m)|; roundings u (|z| (8 k^2 + 10 h s) + |(n, m)| (6 s
-// + 10 h) + 3 lift). The square root, 4.5 u k R, and the difference, another u of all. So a hit's
-// true key is above key - slack with slack = k^2 delta_depth + 1.42 s delta + u (|z| (13 k^2 + 12 h
-// k) + (|n| + |m|) (10 s + 12 h) + 4 lift + 5.5 k R), and that of a safe one below key + slack +
-// 0.59 sqrt(E). As E >= 13 u k^2 R^2 + (15 + 9.6 s) u |W|^2, what two slacks have of R, n and m is
-// below 0.03 sqrt(E), and two slacks and that are at most doubt = 2 k^2 delta_depth + 2.84 s delta
-// + 0.62 sqrt(E) + u (|z| (30 k^2 + 24 h k) + 20 lift), with room for the roundings of keys
-// compared and of shift, 8 u lift.
+// Keys of hits are above 0, as depths in the tile are counted from far enough before the first hit:
+// `margin` in plan.rs (V9).
 
 // What all tiles of a frame have in common of the bounds.
 struct Bounds {
@@ -217,7 +195,7 @@ fn along_rays(rays: Rays, depth: f32) -> vec4<f32> {
     return rays.shift + depth * rays.a;
 }
 
-// Bound on its error: of a 11 u and two roundings, of shift 8 u lift and two of at most twice that.
+// Bound on its error (lemma V10 of docs/numerics.md).
 fn plane_error(rays: Rays, depth: f32) -> vec4<f32> {
     return SURE * U * (16.0 * abs(depth) * rays.a + vec4<f32>(14.0 * rays.lift));
 }

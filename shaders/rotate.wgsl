@@ -1,5 +1,5 @@
 // Exact integers from a centre to the view: products of 30-bit numbers by their halves.
-// Rust twin: `split` and `rotate` in src/plan.rs.
+// Rust twin: `split` and `rotate` in crates/gpu/src/plan.rs.
 
 struct Split {
     high: vec3<i32>,
@@ -12,10 +12,8 @@ fn split(v: vec3<i32>) -> Split {
     return Split(high, v - (high << vec3<u32>(15u)));
 }
 
-// Close to (axis . v) / 2^30, for |axis| <= 1.5 * 2^30 as a vector and each |v_k| <= 2^28. The
-// three products of low parts are left out: at most 3 * 2^28 / 2^30 = 0.75. The shift rounds: at
-// most 0.5. Middle sum: sum |axis.high| <= 1.5 sqrt(3) 2^15 + 2 times 2^14, and 3 * 2^14 (2^13 +
-// 1), is below 2^31.
+// Within 1.25 of (axis . v) / 2^30, for |axis| <= 1.5 * 2^30 as a vector and each |v_k| <= 2^28.
+// The products of low parts are left out; no sum overflows (lemma K2 of docs/numerics.md).
 fn rotate(axis: Split, v: Split) -> i32 {
     let cross = dot(axis.high, v.low) + dot(axis.low, v.high);
     return dot(axis.high, v.high) + ((cross + 16384) >> 15u);

@@ -1,8 +1,8 @@
-// What the device is given and gives back. Every struct is compared with its twin in src/plan.rs by
+// What the device is given and gives back. Every struct is compared with its twin in crates/gpu/src/plan.rs by
 // tests/shaders.rs.
 //
-// Lengths are in steps: a step is a power of two of the scene's fixed point, chosen per view
-// (plan.rs, `Steps`). An f32 length is in steps too.
+// Lengths are in steps, f32 lengths too. A step is a power of two of the scene's fixed-point unit,
+// chosen per view (`Eye::new` in plan.rs).
 
 // One per pass.
 struct Frame {
@@ -99,9 +99,7 @@ fn lesser(a: f32, b: f32) -> f32 {
 }
 
 // At least the square root of a normal positive number, and at most 1.061 times it: half of its
-// bits. They are those of (1 + (1 + m)) / 2 or of (2 + (1 + m)) / 2 for a mantissa 1 + m, as its
-// exponent is even or odd: arithmetic means of 1 or 2 and 1 + m, whose geometric mean is the root.
-// One is added for the bit that is dropped.
+// bits, and one for the bit that is dropped (lemma W2 of docs/numerics.md).
 fn above_root(x: f32) -> f32 {
     return bitcast<f32>((bitcast<u32>(x) >> 1u) + 0x1fc00001u);
 }

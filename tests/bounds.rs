@@ -1,5 +1,5 @@
 //! Every bound of the f64 filter, measured: the same expressions that the devices run, against
-//! 100-bit arithmetic, whose own error is nothing here (its bounds are measured in src/exact/dd.rs
+//! 100-bit arithmetic, whose own error is nothing here (its bounds are measured in crates/core/src/exact/dd.rs
 //! against integers).
 //!
 //! For each quantity a search looks for the input with the largest error over its bound: climbs

@@ -1,6 +1,6 @@
 //! Which device is taken and what is said about the others, as a person meets it: drivers that are
 //! not there, that do not load, names that nobody has. The choice among all kinds of adapters is
-//! tested where it is made (`src/gpu/adapters.rs`).
+//! tested where it is made (`crates/gpu/src/adapters.rs`).
 //!
 //! A driver that crashes while it is asked for its adapters takes the process with it: that is not
 //! tried here.

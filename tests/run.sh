@@ -23,9 +23,9 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 # The Vulkan loader and Mesa's software device, the X server, the keys, the compositor, setpriv and
-# prlimit; then what winit loads.
+# prlimit, NumPy for the exercise of the documents; then what winit loads.
 packages=(
-    libvulkan1 mesa-vulkan-drivers xvfb xdotool weston util-linux
+    libvulkan1 mesa-vulkan-drivers xvfb xdotool weston util-linux python3-numpy
     libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0
     libwayland-client0
 )
@@ -73,17 +73,19 @@ elsewhere() {
     command -v Xvfb >/dev/null || missing+=("Xvfb")
     command -v xdotool >/dev/null || missing+=("xdotool")
     command -v weston >/dev/null || missing+=("weston")
+    "${PYTHON:-python3}" -c 'import numpy, tomllib' 2>/dev/null ||
+        missing+=("a Python 3.11 with NumPy (PYTHON names one)")
     drivers=$(find {/usr/share,/usr/local/share,/etc}/vulkan/icd.d -name '*.json' \
         2>/dev/null || true)
     [[ -n "$drivers" || "$(uname -s)" != Linux ]] || missing+=("a Vulkan driver")
     if ((${#missing[@]} > 0)); then
         say "missing: ${missing[*]}. Install them and run this again:"
         say "  Fedora   dnf install mesa-vulkan-drivers vulkan-loader xorg-x11-server-Xvfb \\"
-        say "           xdotool weston libxkbcommon-x11 libXcursor libXi"
+        say "           xdotool weston libxkbcommon-x11 libXcursor libXi python3-numpy"
         say "  Arch     pacman -S vulkan-swrast vulkan-icd-loader xorg-server-xvfb xdotool \\"
-        say "           weston libxkbcommon-x11 libxcursor libxi"
+        say "           weston libxkbcommon-x11 libxcursor libxi python-numpy"
         say "  openSUSE zypper install libvulkan_lvp libvulkan1 xorg-x11-server-Xvfb \\"
-        say "           weston libxkbcommon-x11-0 libXcursor1 libXi6"
+        say "           weston libxkbcommon-x11-0 libXcursor1 libXi6 python3-numpy"
         say "Other systems: any Vulkan, Metal or DX12 driver, and an X server with Xvfb (XQuartz)."
         return 1
     fi
@@ -161,5 +163,8 @@ if [[ -n "$second" ]]; then
 fi
 ((failed == 0))
 
-# The crate without its window, as on a machine that has no use for one.
+# The library without any feature, which draws on the CPU; the program without GPU and window; and
+# without the window, as on a machine that has no use for one.
 cargo check --release --locked --no-default-features
+cargo check --release --locked --no-default-features --features cli
+cargo check --release --locked --no-default-features --features cli,gpu

@@ -22,12 +22,12 @@ use crate::{
     simd,
 };
 
-/// Relative bound of the edge of a slab, see [`Grid::slab_start`].
+/// Relative bound of the edge of a slab: lemma B1 of docs/numerics.md needs 3 u.
 pub const EDGE: f64 = 4.0 * U;
 /// Slabs of a tile, at most.
 const MOST_SLABS: u64 = 64;
 /// A tile misses a disc if it is farther from the middle than the radius by this many position
-/// bounds, see [`Binner::misses`].
+/// bounds (lemma B2 of docs/numerics.md).
 pub const APART: f64 = 1.5;
 
 /// Of fewer spheres lists are made by one thread.
@@ -124,8 +124,7 @@ impl Grid {
         if slab == 0 {
             return f64::NEG_INFINITY;
         }
-        // Above the slab's edge by `slab`: the difference and the product there are within 2 u of
-        // it, the quotient here within u, and the sums round by u of what they give.
+        // Lemma B1: `slab` rounds by 2 u of a depth, the quotient here by u, the sums by u of both.
         let depth = f64::from(slab) / self.per_depth;
         let edge = self.start + depth;
         edge - EDGE * (depth + edge.abs())
@@ -823,9 +822,7 @@ impl Binner<'_> {
         let apart = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
         let dx = apart(columns[first(column)], columns[last(column, width)], sphere.x);
         let dy = apart(rows[last(row, height)], rows[first(row)], sphere.y);
-        // Each of dx, dy is within `7 u L + 3 u |dx|` of the truth (see `crate::filter`), so that
-        // the distance is within `sqrt 2 (7 u L) + 4.3 u d`; the squares and sums round by 2.5 u as
-        // distances. `1.5 P` is `12 u (L + r)`.
+        // Lemma B2: the distance is within `9.9 u L + 4.3 u d`; the rest of `1.5 P` is for squares.
         let reach = sphere.r + APART * sphere.bound();
         dx * dx + dy * dy > reach * reach
     }

@@ -1,9 +1,9 @@
 //! What a few large spheres hide, known before anything is drawn.
 //!
 //! A sphere hides what begins behind it in a block of pixels that it covers whole. Its depth there
-//! is greatest at a corner: rays that meet the ball nearer than some depth meet the part of it
-//! before a plane, which is convex, and so is that part's picture. So the four pixels in the
-//! corners tell, with the bounds of [`crate::filter`].
+//! is greatest at a corner of the block (lemma C1 of docs/numerics.md: the part of a ball in front
+//! of a plane is convex, and so is its picture). So four pixels tell, with the bounds of
+//! [`crate::filter`].
 
 use std::ops::Range;
 

@@ -4,46 +4,26 @@
 //! The devices' loops and the tests of the bounds share these expressions, so that what is measured
 //! is what runs.
 //!
-//! **Bounds.** u = 2^-53; `L = |x| + |y| + |z|` of the centre in view space, `P = 8 u (L + r)` the
-//! position bound of [`crate::project`]; `K = 1 + max |s|` and `A = max |dir|^2` over the screen
-//! (both 1 for parallel rays); `D = K P`. Each derivation leaves out what is `u` times smaller than
-//! what it keeps; the last digit of every constant is rounded up by more.
+//! For a centre `C` in view space and a ray of direction `dir`, whose depth is 1: `a = |dir|^2`,
+//! `b = C . dir`, and the discriminant `q = a r^2 - |dir x C|^2`. The walls lie at the depths `t`
+//! with `y = t a = b -+ sqrt q`. Depths are compared as `y`, which spares a division. Parallel
+//! rays: `a = 1`, `q = r^2 - dx^2 - dy^2`, `b = z`. Perspective: `dir = (sx, sy, 1)`, and `dir x C`
+//! has, but for signs, the components `n = z sx - x`, `m = y - z sy` and `k = n sy + m sx`.
 //!
-//! *Parallel rays.* `q = r^2 - dx^2 - dy^2`. With `|s| <= |x| + |dx|`, each of `dx`, `dy` is within
-//! `5 u L + 2 u |s| + u |dx| <= 7 u L + 3 u |dx|` of the truth. As long as the true `d^2 = dx^2 +
-//! dy^2 <= 1.04 r^2`, that is at most `D - u L - 4.9 u r`, and `q` is within `2 d sqrt 2 (D - 4.9 u
-//! r) + 2 D^2 + 4.2 u r^2` of the truth, the last for the roundings of squares and sums. The 4.9
-//! pays for the 4.2; for `D <= r / 1024` all is below `E = 2.9 r D`.
+//! **Bounds**, derived in docs/numerics.md and measured by tests/bounds.rs. With `u = 2^-53`, `P`
+//! the position bound of [`crate::projected`], `K = 1 + max |s|` and `A = max a` over the screen
+//! (both 1 for parallel rays), and `D = K P`:
 //!
-//! *Perspective*, with `dir = (sx, sy, 1)`, `a = |dir|^2`, `sigma^2 = a - 1`: `n = z sx - x` and `m
-//! = y - z sy` are within `5 u L (1 + |s|) + 3 u |z s| + u |n| <= K (8 u L + 1.5 u r)` as long as
-//! the true `d^2 = n^2 + m^2 + k^2 <= 1.04 a r^2`; that is at most `D - 6.5 u K r`. `k = n sy + m
-//! sx` is within `sqrt 2 sigma D + 4 u sigma d`, so that the vector `(n, m, k)` is within `sqrt(2
-//! a) D + 4 u sigma d`. Then `q = a r^2 - d^2` is within `2.04 sqrt(2) a r (D - 6.5 u K r) + 2 a
-//! D^2 + (8.4 sigma + 13.2) u a r^2`: 8 * 1.04 of the sigma for `k`, 3 * 1.04 for the roundings of
-//! `d^2`, 9 for `a r^2` (sx, sy 2 each, a square 1, two sums), 1 for the difference. As `sigma <=
-//! 1.42 (K - 1)`, what `D` leaves over pays for them, and for `A D <= r / 1024` all is below `E =
-//! 2.9 A r D`.
-//!
-//! *Farther out*, `q* <= -0.038 d^2`, while its error and `E` stay below `0.003 d^2`: still `q <
-//! -E`. A greater `A D` makes the sphere *vague*: `E` is infinite, and every pixel of its box is
-//! decided exactly.
-//!
-//! *Depth.* Depths are compared as `y = t a = b - sqrt q`, `b = x sx + y sy + z`, which spares a
-//! division. A hit is *solid* if `q >= T = max(4 E, 2^-16 r^2)`; where that leaves a hit open, with
-//! `T = 4 E`, for which the following holds as well. Then it is certain, and `sqrt q` is within `E
-//! / (sqrt T + sqrt(T - E)) < 0.54 E / sqrt T` of the truth. Parallel rays: `b = z` is within `5 u
-//! L`, and the square root, `b - sqrt q` and an end of the interval round by at most `2 u L + 3 u
-//! r` together, in all `D`. Perspective: `b` is within `(15 K - 8) u L`, the roundings are at most
-//! `2 K u L + 4.3 K u r`, in all `2.2 D`. As `A D <= r / 1024`, `sqrt T <= 0.107 r`, and `D = E /
-//! (2.9 A r)` is at most `0.037 E / sqrt T` and `0.0093 sqrt T`. So depths are within `W = 0.58 E /
-//! sqrt T` (parallel) or `0.62 E / sqrt T`. The few hits between `-E` and `T` are no nearer than `b
-//! - sqrt(T + E) - 2.2 D`, and that than `b - 1.14 sqrt T`; those of vague spheres no nearer than
-//! `b - sqrt A r - 2.2 D`.
-//!
-//! *Planes and blocks.* `a` is within `7 u a`. A plane's depth times `a` and then a factor `1 -+
-//! bound` rounds twice more; the factor is even: [`PLANE`] is 10 u. From `y` back to `t` it is a
-//! division and a sum with the bound: [`BACK`] is 10 u.
+//! * `q` is within `E = 2.9 A r D` (lemmas F1, F2), and `q < -E` is a certain miss (F3).
+//! * A sphere is *vague* if `1024 A D > r`. Then `E` is infinite: it is neither missed nor hit for
+//!   certain anywhere (F4).
+//! * A hit is *solid* if `q >= T`, and then it is certain. `T = max(4 E, 2^-16 r^2)`; where that
+//!   leaves a hit open, `T = 4 E` (F5).
+//! * The depths of a solid hit are within `W = 0.58 E / sqrt T` (parallel rays) or
+//!   `W = 0.62 E / sqrt T`, the rounding of an end of the interval included (F5).
+//! * A hit that is not solid is no nearer than `b - 1.14 sqrt T`, that of a vague sphere no nearer
+//!   than `b - sqrt A r - 2.2 D` (F6).
+//! * A clip plane's depth times `a` is within `10 u` of itself, and so is `y / a` (F7, F8).
 
 use crate::{
     float::{FLOOR, U},
@@ -51,23 +31,23 @@ use crate::{
     simd::{Beside, Number},
 };
 
-/// `E` over `A r D`.
+/// `E` over `A r D`; lemmas F1 and F2 need 2.887.
 const DOUBT: f64 = 2.9;
-/// A sphere is vague if `A D` times this is above its radius.
+/// A sphere is vague if `A D` times this is above its radius (lemma F4).
 const VAGUE: f64 = 1024.0;
-/// `T` over `E`, at least.
+/// `T` over `E`, at least (lemma F5).
 const SOLID: f64 = 4.0;
-/// `W` over `E / sqrt T`.
+/// `W` over `E / sqrt T`; lemma F5 needs 0.573.
 const WIDTH_PARALLEL: f64 = 0.58;
-/// The same for perspective rays.
+/// The same for perspective rays; lemma F5 needs 0.617.
 const WIDTH_PERSPECTIVE: f64 = 0.62;
-/// How far before `b` a hit that is not solid may be, over `sqrt T`.
+/// How far before `b` a hit that is not solid may be, over `sqrt T`; lemma F6 needs 1.139.
 const RIM: f64 = 1.14;
-/// Bound of `b` over `D`, roundings of depths included.
+/// Bound of `b` over `D`, roundings of depths included (lemma F5).
 const MIDDLE: f64 = 2.2;
-/// Relative bound of a clip plane's depth in the units of `y`.
+/// Relative bound of a clip plane's depth in the units of `y`; lemma F7 needs 9 u.
 pub const PLANE: f64 = 10.0 * U;
-/// Relative bound of `y / a`.
+/// Relative bound of `y / a`; lemma F8 needs 9 u.
 pub const BACK: f64 = 10.0 * U;
 
 /// What the filter knows of the screen.

@@ -14,28 +14,18 @@
 //!     q_1 - q_2 = a rho R - (delta x dir) . ((c_1 + c_2) x dir)
 //! ```
 //!
-//! so that the sign is that of `F = (delta.dir) S -+ (q_1 - q_2)`, in which nothing large cancels.
+//! so that the sign is that of `F = (delta.dir) S -+ (q_1 - q_2)`, in which nothing large cancels
+//! (lemma N1 of docs/numerics.md).
 //!
-//! **Bound.** `N` is the length of `delta` (its roundings are among what is rounded up); `D`, `A`,
-//! `W` as in [`crate::filter`], `D` and `W` those of the sphere that has more. Both hits are solid
-//! there, so that `|c_i x dir| <= sqrt A r_i` up to its bound, `S <= sqrt A R`, and `S` is within
-//! `W_1 + W_2`. Each coordinate of `delta` in view space is within `5 u N` (a rounding of the
-//! difference, one of the axis, a product, two sums), screen coordinates within `2 u` of
-//! themselves.
+//! **Bound.** Where both hits are solid, with `N = |delta|` and `A`, `W` and the greater `D` of
+//! [`crate::filter`], `F` is within
 //!
-//! * `delta.dir` is within `16 u N sqrt A`: `8.7` for `delta`, `3` for the screen, `4` for products
-//!   and sums. Times `S` that is `16 u N A R`, and the bound of `S` adds `sqrt A N (W_1 + W_2)`.
-//! * `delta x dir` is within `40 u N A`: `n` and `m` within `12 u N sqrt A` each, and `k = n sy + m
-//!   sx` within `17 u N A`.
-//! * `c_i x dir` is within `sqrt(2 A) D + 4 u A r_i`, see [`crate::filter`]. So the scalar product
-//!   is within `40 u N A sqrt A R + N sqrt A (2.83 sqrt A D + 8 u A R) + 9 u N A R`.
-//! * `a rho R` is within `12 u A |rho| R`.
-//! * The last sums and differences round by at most `3 u (2 N A R + A |rho| R)`.
+//! ```text
+//!     E = 96 u A sqrt A N R + N (sqrt A (W_1 + W_2) + 3 A D) + 20 u A |rho| R
+//! ```
 //!
-//! In all `E = 96 u A sqrt A N R + N (sqrt A (W_1 + W_2) + 3 A D) + 20 u A |rho| R`, for which
-//! `79`, `2.83` and `15` are needed; parallel rays have `A = 1` and need less. Centres are apart by
-//! `LEAST` or not at all, so that what underflows on the way to `delta.dir` and `delta x dir` is
-//! below `u N`; `FLOOR` is added for what underflows in the last products.
+//! (lemma N2; 79, 2.83 and 15 are needed). Centres are apart by `LEAST` or not at all, so that no
+//! underflow counts but that of the last products, for which `FLOOR` is added.
 
 use glam::DVec3;
 
@@ -273,9 +263,7 @@ pub fn near(one: &Ball, other: &Ball) -> bool {
 /// Whether a ball certainly lies inside another, strictly: the other then hides it wherever no clip
 /// plane cuts the other.
 ///
-/// `|delta| < r_2 - r_1`, squared. Differences are within `u` of themselves, so that the square of
-/// the distance is within `5 u` of itself, and that of the radii within `3 u`; [`FLOOR`] covers
-/// what underflows.
+/// `|delta| < r_2 - r_1`, squared: within `10 u` and what underflows (lemma N3).
 #[inline(always)]
 pub fn inside(inner: &Ball, outer: &Ball) -> bool {
     let (delta, rho) = (inner.center - outer.center, outer.radius - inner.radius);

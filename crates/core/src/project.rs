@@ -3,12 +3,9 @@
 //!
 //! View space and the position bound `P` are told in [`crate::projected`].
 //!
-//! **Footprints.** `x -+ (r + 1.5 P)` rounds by `u (|x| + 2 r)`; the factor to pixels and the
-//! product by another `3 u (|x| + r)`: in all 9 u L and 5 u r, for which `1.5 P = 12 u (L + r)` is
-//! there; in perspective, 7.1 u L and the sum with r, and what is left, 4 u L, moves a tangent of
-//! slope s by at least `4 u (1 + s^2) >= 8 u |s|`, where 3 u |s| is needed. The offset and the sum
-//! with the margin round once each, and as long as the pixel lies on the screen both are below
-//! 2^15: [`MARGIN`] is a unit in the last place there.
+//! **Footprints.** A sphere is seen at no pixel outside of its footprint: that of a sphere that is
+//! larger by [`REACH`] position bounds, and [`MARGIN`] more on each side. Lemmas P4 (parallel rays)
+//! and P6 (perspective) of docs/numerics.md.
 
 use glam::DVec3;
 
@@ -21,9 +18,9 @@ use crate::{
     scene::{Block, Radii, Reals},
 };
 
-/// A footprint is wider than a sphere by this many position bounds, see the file's head.
+/// A footprint is wider than a sphere by this many position bounds (lemmas P4, P6).
 pub const REACH: f64 = 1.5;
-/// And by this many pixels.
+/// And by this many pixels: a unit in the last place of 2^14, for the roundings of a pixel's place.
 pub const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
 /// Bound of the slopes of tangents, see [`slopes`].
 pub const SLOPE: f64 = 12.0 * U;
@@ -335,9 +332,7 @@ impl Projector {
 /// about `(x, z)`, widened by the error; infinite where the circle reaches the eye's plane.
 ///
 /// The tangents are `(x z -+ r sqrt(x^2 + z^2 - r^2)) / (z^2 - r^2)`. Nothing cancels but their own
-/// difference: with `(z - r) (z + r)` within 3 u of itself, the root times `r` is within 4 u, the
-/// divisor's inverse with the product within 5 u, and so the slope within `11 u (|x z| + r
-/// sqrt(..)) / (z^2 - r^2)`, its sum with the bound included.
+/// difference; each is within `11 u (|x z| + r sqrt(..)) / (z^2 - r^2)` (lemma P5).
 #[inline(always)]
 pub fn slopes(x: f64, z: f64, r: f64) -> [f64; 2] {
     // NaN wraps.

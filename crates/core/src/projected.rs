@@ -4,11 +4,10 @@
 //! lengths are world units times a power of two that keeps squares in range (1 unless the scene is
 //! extreme).
 //!
-//! **Position bound.** With u = 2^-53: `f = c - o` is within u |f_k| of the truth, an axis
-//! component within u of itself; with a product and at most two sums, a coordinate is within `5 u
-//! sum |f_k a_k| <= 5 u |f| <= 5 u L`, `L = |x| + |y| + |z|`. [`Projected::bound`] is `P = 8 u (L +
-//! r)`: the rest covers what is done next, as long as that rounds by no more than `3 u L + 8 u r`,
-//! the bound itself included. So `z - r - P` and `z + r + P` bound the depths of a sphere.
+//! **Position bound.** With `u = 2^-53` and `L = |x| + |y| + |z|`, each coordinate is within
+//! `5 u L` (docs/numerics.md, lemma P1). [`Projected::bound`] is `P = 8 u (L + r)`: what is done
+//! next may round by `3 u L + 8 u r`. So `z - r - P` and `z + r + P` bound the depths of a sphere
+//! (lemma P2).
 
 use crate::float::{FLOOR, U};
 

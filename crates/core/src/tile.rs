@@ -180,8 +180,8 @@ struct Test<L> {
     /// `W`; none of what is vague, which is never in front for certain.
     known: f64,
     /// How much larger `b` is in the second row of [`Test::lines`] than in the first: `2.1 W`. The
-    /// tenth covers the roundings of the differences and of the square, `2.5 u` of the depth:
-    /// [`crate::filter`] says how small `W` may be.
+    /// tenth is for the roundings of the differences and of the square (lemmas T1, T2 of
+    /// docs/numerics.md).
     between: f64,
     /// `-E`.
     miss: L,
@@ -295,8 +295,8 @@ impl<const SIDE: usize> Tile<SIDE> {
     /// Raises `slack` to cover an interval of this width, with the roundings here and in
     /// comparisons.
     ///
-    /// The factor adds a tenth of `W`, as an interval is `2 W` wide. One rounding of a depth is
-    /// less: [`crate::filter`] bounds it by `0.05 E / sqrt T`.
+    /// The factor adds a tenth of `W`, as an interval is `2 W` wide; one rounding of a depth is
+    /// less than an eightieth of it (lemma T3 of docs/numerics.md).
     #[inline(always)]
     fn widen(&mut self, width: f64) {
         let slack = 1.05 * width;

@@ -160,7 +160,7 @@ impl Wave {
         (self.columns, self.rows) = (grid.columns, grid.rows);
         self.unit = 1.0 / truth.scale();
         // Slabs are equally thick, and nothing that is listed begins outside of them but for
-        // roundings.
+        // roundings: lemma B3 of docs/numerics.md.
         self.disorder = match grid.slabs {
             0..3 => f64::INFINITY,
             slabs => {

@@ -99,11 +99,9 @@ const OFFSET_LIMIT: f64 = (1 << 30) as f64;
 /// One WGSL rounding.
 const ULP: f64 = 1.0 / (1 << 23) as f64;
 
-/// Error of a rotated centre with its offset, in steps: 0.5 units in each component of the centre
-/// (0.87 as a vector, and a step is at least a unit), 0.5 * 2^-30 in each component of the axis
-/// times 2^28 (0.38), 0.75 + 0.5 in `rotate`, 0.5 in the offset.
+/// Error of a rotated centre with its offset, in steps: lemma K3 of docs/numerics.md needs 2.991.
 const ROTATION_ERROR: f64 = 3.125;
-/// What is added for axes of up to the greatest length: 0.87 times what it is above 1.
+/// What is added for axes of up to the greatest length (lemma K3).
 const LONGER: f64 = 0.4375;
 
 /// `2^exponent`, for normal results.
@@ -257,10 +255,8 @@ impl Eye {
         let to_view = |axis: DVec3| axis.dot(high) + axis.dot(low);
         let middle = DVec3::new(to_view(right), to_view(upward), to_view(forward));
         let distance = high.x.hypot(high.y).hypot(high.z);
-        // With u = 2^-53: a coordinate is within 5 u |high| (an axis rounds by u, products and sums
-        // by 4 u), a place on the screen within 2 u |s|, their difference rounds by u of both: 6 u
-        // |high| + 3 u |s|. In perspective m.z sx - m.x is within u |high| (6 + 9 |s|), and that
-        // below 8.5 u |high| (1 + s^2). What is left over pays for what is u times smaller.
+        // In units of 2^-53 (lemma K4 of docs/numerics.md): `6 distance + 3 |s|` is needed for
+        // parallel rays, and `8.5 distance (1 + s^2)` in perspective.
         let ulps = if perspective {
             9.0 * spread * spread * distance
         } else {
@@ -300,7 +296,7 @@ impl Eye {
         };
         let delta = ROTATION_ERROR + middle_error + roundings;
         // Depths in a perspective tile start so far before the first hit that keys of hits are
-        // above 0 (shaders/perspective.wgsl), and a little more.
+        // above 0: lemma V9 of docs/numerics.md.
         let margin = if perspective {
             let half = 3.6 * widest;
             let by_radius = (1.0 / 32.0 + half / 8.0) * bounds.max_radius / step;

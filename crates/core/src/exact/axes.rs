@@ -81,8 +81,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Bound of each component's error. A component is below 1 (or exactly 1), so that `low` is at
-    /// most 2^-54 and rounds by 2^-108; the root before it is good to 2^-123.
+    /// Bound of each component's error: lemma D7 of docs/numerics.md.
     pub const ERROR: f64 = f64::from_bits((1023 - 107) << 52);
 
     /// The nearest f64 of each component.

@@ -1,18 +1,20 @@
 //! Numbers of 100 bits with a certain error: a pair of f64 and a bound.
 //!
-//! The pair arithmetic is that of Joldes, Muller and Popescu, "Tight and rigorous error bounds for
-//! basic building blocks of double-word arithmetic" (ACM TOMS 44, 2017): addition (their algorithm
-//! 6) is within 3 u^2 and multiplication (algorithm 12) within 5 u^2 of the exact result, u =
-//! 2^-53; quotient and square root are derived below. The last bits of what falls below 2^-968 are
-//! lost to underflow, which `ABSOLUTE` covers. The error travels along, rounded up.
+//! Sums are algorithm 6 and products algorithm 11 of Joldes, Muller and Popescu, "Tight and
+//! rigorous error bounds for basic building blocks of double-word arithmetic" (ACM TOMS 44, 2017).
+//! With `u = 2^-53`, sums are within `3 u^2` and products within `5 u^2` of the exact result; the
+//! latter is proved by Muller and Rideau (ACM TOMS 48, 2022). Quotients and roots are derived in
+//! docs/numerics.md, lemmas D3 and D4. The last bits of what falls below 2^-968 are lost to
+//! underflow, which `ABSOLUTE` covers. The error travels along, rounded up.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::float::{FLOOR, U};
 
-/// Bound of the relative error of a sum of pairs.
+/// Bound of the relative error of a sum of pairs (lemma D1).
 const SUM: f64 = 3.0 * U * U;
-/// Bound of the relative error of a product of pairs, of a quotient and of a square root.
+/// Bound of the relative error of a product of pairs, of a quotient and of a square root (lemmas D2
+/// to D4).
 const PRODUCT: f64 = 5.0 * U * U;
 /// Bound of the absolute error of one operation that underflows.
 const ABSOLUTE: f64 = FLOOR;
@@ -69,9 +71,7 @@ impl Bounded {
     /// An integer times an exact f64, over an integer (each integer at most 2^53).
     pub fn ratio(factor: f64, value: f64, divisor: f64) -> Self {
         // One Newton step: the quotient of the high part, and what remains of the exact product
-        // divided again. The remainder `(product - back) - back_low` is exact and, like
-        // `product_low`, at most u of the product; their sum rounds by 2 u^2 of it, and so does its
-        // quotient.
+        // divided again. `(product - back) - back_low` is exact (lemma D3).
         let (product, product_low) = two_product(factor, value);
         let first = product / divisor;
         let (back, back_low) = two_product(first, divisor);
@@ -136,9 +136,7 @@ impl Bounded {
         // loses what underflows.
         let error = self.error + ABSOLUTE;
         let carried = (error / root).min(error.sqrt()) * (1.0 + 4.0 * f64::EPSILON);
-        // The remainder `(high - square) - square_low` is exact and at most 2 u of `high`, with
-        // `low` 3 u: their sum rounds by 1.5 u^2 of the root, so does the quotient, and the Newton
-        // step leaves (1.5 u)^2 / 2 of it.
+        // The Newton step is within 4.2 u^2 of the root (lemma D4).
         Self { high, low, error: (carried + PRODUCT * root) * UP }
     }
 }

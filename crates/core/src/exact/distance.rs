@@ -73,12 +73,9 @@ impl Distance {
     /// Bounds of every number `x >= 0` of which this is within [`DISTANCE_ERROR`], as a part of
     /// `x`; of 0, which is exact, both are 0.
     ///
-    /// With `E` for that error, `u` for 2^-53 and `l` for the least positive f64: this is at most
-    /// `x (1 + E)`, as f64 at most `x (1 + E) + l / 2`, and times `1 - 2 E` at most `x (1 - E) + l
-    /// / 2`. The product rounds by `u` of it or by `l / 2`, so that it is at most `x + l`, and `2
-    /// l` less, which rounds by `u` at most or not at all, is at most `x`. The other side likewise.
-    /// From 2^1024 on nothing is rounded, and `x >= 2^1024 / (1 + E)`. The bounds are apart by at
-    /// most `5 E` of `x` and `6 l`.
+    /// With `E` for that error and `l` for the least positive f64, they are apart by at most
+    /// `5 E x + 6 l`. The upper one is infinite only for `x` beyond all f64, or all but: lemma L3
+    /// of docs/numerics.md.
     pub fn bounds(self) -> [f64; 2] {
         if self.mantissa == 0.0 {
             return [0.0; 2];

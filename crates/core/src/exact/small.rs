@@ -84,9 +84,7 @@ impl Frame {
         let root_ab = product.isqrt();
         let [root_a, root_b] = roots.map(|root| root.and_then(number).map(i128::from));
         let roots = [root_a, root_b, (root_ab * root_ab == product).then_some(root_ab)];
-        // With lengths below 2^f and components below 2^c, dot products are below 2^(f + c + 2):
-        // within an i64. The terms of `site` are below A B 2^(2 f + 2 c + 5) and there are fewer
-        // than eight.
+        // Dot products stay within an i64, and sums of `site` below 2^126: lemma X4.
         let bits = |value: i64| 64 - value.unsigned_abs().leading_zeros() as i32;
         let component = d.into_iter().chain(e).chain(g).map(bits).max()?;
         let length = (60 - component).min((118 - 2 * component - bits(a) - bits(b)) / 2);
