@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use super::{
     methods::{self, Formula},
+    modes,
     reference::{self, Wrong},
     scenes::{Kind, Made, Recipe, moved},
     speed::{BenchError, Check, Conditions, Contender, Samples, Timing, check},
@@ -351,8 +352,12 @@ fn draw(
         (Method::Textbook, _) => return Ok(inexact(Formula::Textbook)),
         (Method::Geometric, _) => return Ok(inexact(Formula::Geometric)),
         (Method::Shifted, _) => return Ok(inexact(Formula::Shifted)),
-        (Method::Uncertified, Device::Cpu(cpu)) => cpu.draw_uncertified(scene, view, region)?,
-        (Method::FilterOnly, Device::Cpu(cpu)) => cpu.draw_filter_only(scene, view, region)?,
+        (Method::Uncertified, Device::Cpu(cpu)) => {
+            modes::draw_uncertified(cpu, scene, view, region)?
+        }
+        (Method::FilterOnly, Device::Cpu(cpu)) => {
+            modes::draw_filter_only(cpu, scene, view, region)?
+        }
         (Method::Uncertified, Device::Gpu(hybrid)) => {
             hybrid.gpu.set_certain(false);
             let answer = hybrid.gpu.draw(scene, view, region);

@@ -7,6 +7,7 @@
 
 pub mod accuracy;
 pub mod methods;
+pub mod modes;
 pub mod naive;
 pub mod plot;
 pub mod png;

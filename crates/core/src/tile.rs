@@ -30,8 +30,8 @@ const CLOSED: i32 = NONE - 1;
 /// too.
 const OPEN: i32 = i32::MIN;
 
-/// What is done with bounds. Only [`Exact`] is used to draw; the others are compiled apart for
-/// `bench`, which measures what exactness costs.
+/// What is done with bounds. Only [`Exact`] is used to draw; a benchmark that measures what exactness
+/// costs brings modes of its own.
 pub trait Mode: Copy + Send + Sync + 'static {
     /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
     const BOUNDS: bool;
@@ -47,24 +47,6 @@ pub struct Exact;
 impl Mode for Exact {
     const BOUNDS: bool = true;
     const DECIDES: bool = true;
-}
-
-/// Bounds without decisions.
-#[derive(Clone, Copy)]
-pub struct FilterOnly;
-
-impl Mode for FilterOnly {
-    const BOUNDS: bool = true;
-    const DECIDES: bool = false;
-}
-
-/// Neither: wrong where rounding matters.
-#[derive(Clone, Copy)]
-pub struct Uncertified;
-
-impl Mode for Uncertified {
-    const BOUNDS: bool = false;
-    const DECIDES: bool = false;
 }
 
 /// No bounds at all, for `bench`.

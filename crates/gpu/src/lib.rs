@@ -13,6 +13,7 @@ mod decide;
 mod execute;
 pub mod lists;
 mod memory;
+#[cfg(feature = "baselines")]
 pub mod naive;
 pub mod plan;
 
@@ -240,6 +241,7 @@ impl Gpu {
 
     /// Switches the filter off or on. Off, every pixel is the nearest sphere in plain f32, right or
     /// wrong: for benchmarks only.
+    #[cfg(feature = "baselines")]
     pub fn set_certain(&mut self, certain: bool) {
         self.executor.certain = certain;
     }

@@ -24,11 +24,10 @@ use crate::{
     drawing::{Cancel, DrawError, Drawing, Met},
     exact::decide::Truth,
     host::Host,
-    ids::UNDECIDED,
     order::{GROUP, Ordered, has_room, is_crowded},
     pool,
     scene::Scene,
-    tile::{Exact, FilterOnly, Mode, Uncertified},
+    tile::{Exact, Mode},
 };
 use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
 
@@ -147,37 +146,12 @@ impl Cpu {
         self.draw_as::<Exact>(scene, view, region)
     }
 
-    /// For `bench` only: as [`Cpu::draw`], but pixels that the bounds leave open are [`UNDECIDED`],
-    /// and counted.
+    /// As [`Cpu::draw`], in a mode that the caller brings: ids may be [`crate::ids::UNDECIDED`] or
+    /// wrong, as the mode has it.
     ///
     /// # Errors
-    /// When there is no such picture, it was cancelled, or memory does not suffice.
-    pub fn draw_filter_only(
-        &mut self,
-        scene: &Scene,
-        view: &View,
-        region: Region,
-    ) -> Result<Drawing, DrawError> {
-        let mut drawing = self.draw_as::<FilterOnly>(scene, view, region)?;
-        drawing.counts.undecided = drawing.ids.par_iter().filter(|&&id| id == UNDECIDED).count();
-        Ok(drawing)
-    }
-
-    /// For `bench` only: as [`Cpu::draw`] without bounds and decisions. Ids are wrong where
-    /// rounding matters.
-    ///
-    /// # Errors
-    /// When there is no such picture, it was cancelled, or memory does not suffice.
-    pub fn draw_uncertified(
-        &mut self,
-        scene: &Scene,
-        view: &View,
-        region: Region,
-    ) -> Result<Drawing, DrawError> {
-        self.draw_as::<Uncertified>(scene, view, region)
-    }
-
-    fn draw_as<M: Mode>(
+    /// As [`Cpu::draw`].
+    pub fn draw_as<M: Mode>(
         &mut self,
         scene: &Scene,
         view: &View,
@@ -189,7 +163,7 @@ impl Cpu {
     }
 
     /// The same into a drawing that has no ids yet.
-    pub fn draw_into<M: Mode>(
+    fn draw_into<M: Mode>(
         &mut self,
         scene: &Scene,
         view: &View,
