@@ -133,6 +133,58 @@ struct Job<'a> {
     large: &'a [Option<u32>],
 }
 
+/// A band whose kernels have run.
+struct Filtered {
+    region: Region,
+    band: Band,
+    /// For each 64-pixel slot of the id buffer, its tile. If tiles take several passes, slot n is
+    /// that of tile n, and these are the tiles that were drawn.
+    slots: Vec<u32>,
+    /// Whether each tile was drawn in one pass.
+    single: bool,
+    /// Batches of lists that were made.
+    waves: usize,
+    /// Of the last of them.
+    projector: Option<Projector>,
+    met: Met,
+    /// For each tile, the id where nothing is found.
+    backgrounds: Vec<i32>,
+}
+
+impl Filtered {
+    /// Nothing has run yet.
+    fn new(region: Region) -> Self {
+        let band = Band::new(region);
+        let backgrounds = vec![NONE; band.tiles()];
+        let (slots, met) = (Vec::new(), Met::default());
+        Self { region, band, slots, single: true, waves: 0, projector: None, met, backgrounds }
+    }
+
+    /// The projector of the lists, if they are still there: those of several waves are gone.
+    fn lists_projector(&self) -> Option<&Projector> {
+        self.projector.as_ref().filter(|_| self.waves == 1)
+    }
+
+    /// Slots of the id buffer that are in use.
+    fn places(&self) -> usize {
+        match (self.single, self.slots.is_empty()) {
+            (_, true) => 0,
+            (true, false) => self.slots.len(),
+            (false, false) => self.band.tiles(),
+        }
+    }
+
+    /// For each tile its slot, or [`BACKGROUND`] or [`HOST`].
+    fn slot_of(&self) -> Vec<u32> {
+        let mut slot_of = vec![BACKGROUND; self.band.tiles()];
+        for (place, &tile) in self.slots.iter().enumerate() {
+            slot_of[tile as usize] = if self.single { place as u32 } else { tile };
+        }
+        self.band.host.iter().for_each(|&tile| slot_of[tile as usize] = HOST);
+        slot_of
+    }
+}
+
 impl Gpu {
     /// Opens a device.
     ///
@@ -416,21 +468,33 @@ impl Gpu {
         drawing: &mut Drawing,
         decide: bool,
     ) -> Result<bool, DrawError> {
+        let decide = decide && self.executor.certain;
+        let filtered = self.filter_band(job, region, drawing)?;
+        let (left_over, mut done) = self.collect_ids(job.spheres, &filtered, drawing, decide)?;
+        let settled = self.resolve(job.spheres, &filtered, &left_over, drawing, &mut done);
+        self.cancel.check()?;
+        drawing.counts.undecided += done.pixels;
+        if settled {
+            drawing.counts.exact += done.tally.big as usize;
+        }
+        Ok(settled)
+    }
+
+    /// Makes the lists of a band, wave by wave, and runs the kernels on them.
+    fn filter_band(
+        &mut self,
+        job: &Job,
+        region: Region,
+        drawing: &mut Drawing,
+    ) -> Result<Filtered, DrawError> {
         let Job { spheres, eye, chunks, large } = *job;
-        let mut band = Band::new(region);
-        // For each 64-pixel slot of the id buffer, its tile. If tiles take several passes, slot n
-        // is that of tile n, and these are the tiles that were drawn.
-        let mut slots = Vec::new();
-        let mut single = true;
-        let mut waves = 0;
-        let mut projector = None;
-        let mut met = Met::default();
+        let mut filtered = Filtered::new(region);
+        let Filtered { band, slots, single, waves, projector, met, backgrounds, .. } =
+            &mut filtered;
         let search = spheres.scene.len() >= self.effort.cover;
         let cover = search
             .then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region)))
             .flatten();
-        // What is seen where nothing is found.
-        let mut backgrounds = vec![NONE; band.tiles()];
         for chunk in chunks {
             let mut left = spheres.split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
@@ -443,16 +507,16 @@ impl Gpu {
                         // several buffers the occluder may be in another: it is then listed as
                         // other spheres are.
                         let places = if chunks.len() == 1 { large } else { &[] };
-                        let keep = Uncovered { cover, places, listed: waves > 0 };
+                        let keep = Uncovered { cover, places, listed: *waves > 0 };
                         wave.collect(spheres, region, &mut left, limit, &keep)
                     }
                     None => wave.collect(spheres, region, &mut left, limit, &KeepAll),
                 };
-                projector = Some(of_wave);
-                waves += 1;
-                met += met_now;
+                *projector = Some(of_wave);
+                *waves += 1;
+                *met += met_now;
                 drawing.counts.entries += wave.lists().entries.len();
-                let all = waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
+                let all = *waves == 1 && chunks.len() == 1 && left.iter().all(Range::is_empty);
                 if all && let Some(cover) = &cover {
                     let keep = Uncovered { cover, places: large, listed: false };
                     for (tile, background) in backgrounds.iter_mut().enumerate() {
@@ -462,63 +526,60 @@ impl Gpu {
                     }
                 }
                 let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
-                single = all && whole;
+                *single = all && whole;
                 drawing.times.prepare += since(begin);
                 let begin = Instant::now();
-                let (band, slots) = (&band, single.then_some(&mut slots));
+                let (band, slots) = (&*band, single.then_some(&mut *slots));
                 self.guarded(|gpu| gpu.executor.run(eye, band, chunk, &gpu.wave, &passes, slots))?;
                 drawing.times.render += since(begin);
             }
         }
-        if !single && let Some(chunk) = chunks.first() {
+        if !*single && let Some(chunk) = chunks.first() {
             let begin = Instant::now();
-            slots = band.met();
-            self.guarded(|gpu| gpu.executor.finish(eye, &band, chunk, &slots))?;
+            *slots = band.met();
+            self.guarded(|gpu| gpu.executor.finish(eye, band, chunk, slots))?;
             drawing.times.render += since(begin);
         }
+        Ok(filtered)
+    }
+
+    /// Appends the ids of a band as they come back, with what few tiles leave over decided at once.
+    /// Gives what is left over still, and what was decided.
+    fn collect_ids(
+        &mut self,
+        spheres: Spheres<'_>,
+        filtered: &Filtered,
+        drawing: &mut Drawing,
+        decide: bool,
+    ) -> Result<(Vec<(u32, Pixels)>, Done), DrawError> {
         let begin = Instant::now();
-        let mut slot_of = vec![BACKGROUND; band.tiles()];
-        for (place, &tile) in slots.iter().enumerate() {
-            slot_of[tile as usize] = if single { place as u32 } else { tile };
-        }
-        band.host.iter().for_each(|&tile| slot_of[tile as usize] = HOST);
+        let Filtered { region, band, backgrounds, .. } = filtered;
+        let slot_of = filtered.slot_of();
         drawing.counts.tiles += band.tiles();
         let empty = slot_of
             .iter()
-            .zip(&backgrounds)
+            .zip(backgrounds)
             .filter(|&(&slot, &id)| slot == BACKGROUND && id == NONE);
         drawing.counts.empty += empty.count();
         // What is the same as another sphere is hidden by it.
-        met.on_screen += spheres.scene.len() - spheres.places();
-        drawing.counts.note(region == drawing.region, met);
-        let places = match (single, slots.is_empty()) {
-            (_, true) => 0,
-            (true, false) => slots.len(),
-            (false, false) => band.tiles(),
-        };
+        let repeated = spheres.scene.len() - spheres.places();
+        let met = Met { on_screen: filtered.met.on_screen + repeated, ..filtered.met };
+        drawing.counts.note(*region == drawing.region, met);
         let start = drawing.ids.len();
         drawing.ids.reserve(region.pixels());
         let ids = &mut drawing.ids.spare_capacity_mut()[..region.pixels()];
-        let answers = Answers {
-            region,
-            columns: band.columns,
-            slots: &slot_of,
-            backgrounds: &backgrounds,
-            spheres,
-        };
-        let decide = decide && self.executor.certain;
+        let (columns, slots) = (band.columns, &slot_of[..]);
+        let answers = Answers { region: *region, columns, slots, backgrounds, spheres };
         let mut left_over = Vec::new();
         let mut done = Done::default();
         self.guarded(|gpu| {
-            // Lists of several waves are gone.
-            let projector = projector.as_ref().filter(|_| decide && waves == 1);
+            let projector = filtered.lists_projector().filter(|_| decide);
             let at_once = projector.map(|projector| {
                 let among = Among { spheres, projector, wave: &gpu.wave, cancel: &gpu.cancel };
-                let left_over =
-                    LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
+                let left_over = LeftOver { among, columns, backgrounds };
                 AtOnce::new(left_over, region.pixels() / HOPELESS)
             });
-            gpu.executor.read_back(places, |found| {
+            gpu.executor.read_back(filtered.places(), |found| {
                 left_over = answers.fill(ids, found, |tiles, first_row, ids| {
                     at_once.as_ref().is_some_and(|at_once| at_once.decide(tiles, first_row, ids))
                 });
@@ -528,33 +589,45 @@ impl Gpu {
         })?;
         // SAFETY: reserved above, and `fill` wrote all; `read_back` calls it unless it fails.
         unsafe { drawing.ids.set_len(start + region.pixels()) };
-        let ids = &mut drawing.ids[start..];
         let decided = done.spent.as_secs_f64() * 1e3 / rayon::current_num_threads() as f64;
         drawing.times.read_back += since(begin) - decided;
         drawing.times.decide += decided;
-        let mut settled = true;
-        if decide && !left_over.is_empty() {
-            let begin = Instant::now();
-            done.pixels += decide::count(&left_over);
-            match projector.filter(|_| waves == 1) {
-                _ if done.pixels > region.pixels() / HOPELESS => settled = false,
-                Some(projector) => {
-                    let (wave, cancel) = (&self.wave, &self.cancel);
-                    let among = Among { spheres, projector: &projector, wave, cancel };
-                    let tiles =
-                        LeftOver { among, columns: band.columns, backgrounds: &backgrounds };
-                    done.tally += tiles.decide(&left_over, ids);
-                }
-                None => done.tally += self.decide_again(spheres, &left_over, region, &band, ids),
+        if !decide {
+            left_over.clear();
+        }
+        Ok((left_over, done))
+    }
+
+    /// Decides what is left over in the band that was appended last. Gives false, and decides
+    /// nothing, where that is a good part of the pixels.
+    fn resolve(
+        &mut self,
+        spheres: Spheres<'_>,
+        filtered: &Filtered,
+        left_over: &[(u32, Pixels)],
+        drawing: &mut Drawing,
+        done: &mut Done,
+    ) -> bool {
+        if left_over.is_empty() {
+            return true;
+        }
+        let begin = Instant::now();
+        let Filtered { region, band, backgrounds, .. } = filtered;
+        done.pixels += decide::count(left_over);
+        if done.pixels > region.pixels() / HOPELESS {
+            return false;
+        }
+        let start = drawing.ids.len() - region.pixels();
+        let ids = &mut drawing.ids[start..];
+        done.tally += match filtered.lists_projector() {
+            Some(projector) => {
+                let among = Among { spheres, projector, wave: &self.wave, cancel: &self.cancel };
+                LeftOver { among, columns: band.columns, backgrounds }.decide(left_over, ids)
             }
-            drawing.times.decide += since(begin);
-        }
-        self.cancel.check()?;
-        drawing.counts.undecided += done.pixels;
-        if settled {
-            drawing.counts.exact += done.tally.big as usize;
-        }
-        Ok(settled)
+            None => self.decide_again(spheres, left_over, *region, band, ids),
+        };
+        drawing.times.decide += since(begin);
+        true
     }
 
     /// Decides what the filter left over in some tiles, whose lists are made again.
