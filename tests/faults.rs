@@ -36,9 +36,8 @@ radius = 1.5
 color = '#ff0000'
 ";
 
-/// How long an end is waited for: a machine under load takes seconds to give back gigabytes. That
-/// a command was ended and did not finish is told by its status.
-const AT_ONCE: Duration = Duration::from_secs(30);
+/// A second, and what a machine under load adds to it.
+const AT_ONCE: Duration = Duration::from_millis(2500);
 
 fn shell(folder: &Path, script: &str) -> Output {
     let mut command = Command::new("sh");

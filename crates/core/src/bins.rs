@@ -336,10 +336,27 @@ impl<'a> Binner<'a> {
         limit: usize,
         workspace: &'w mut Workspace<I>,
     ) -> &'w mut Lists<I> {
-        let (tiles, slabs) = (self.grid.tiles(), self.grid.slabs as usize);
-        let keys = tiles * slabs;
-        let limit = (limit / left.len().max(1)).max(1);
         let Workspace { found, lists } = workspace;
+        self.count(left, keep, limit, found);
+        let whole = left.iter().all(Range::is_empty);
+        lists.met = Met::default();
+        found.iter().for_each(|found| lists.met += found.met);
+        Scan::new(self.grid, keep, whole, found, lists).run();
+        scatter(found, &mut lists.entries);
+        lists
+    }
+
+    /// The first step: each thread keeps items of its part, and counts them by key.
+    fn count<I: Item, K: Keep>(
+        &self,
+        left: &mut [Range<usize>],
+        keep: &K,
+        limit: usize,
+        found: &mut Vec<Found<I>>,
+    ) {
+        let tiles = self.grid.tiles();
+        let keys = tiles * self.grid.slabs as usize;
+        let limit = (limit / left.len().max(1)).max(1);
         found.resize_with(left.len(), Found::default);
         let look = |(left, found): (&mut Range<usize>, &mut Found<I>)| {
             found.clear(keys, if I::BY_TILE { tiles } else { 0 });
@@ -364,110 +381,155 @@ impl<'a> Binner<'a> {
         } else {
             pool::each_of(left.iter_mut().zip(&mut *found), look);
         }
-        let (listed, whole) = (keep.listed(), left.iter().all(Range::is_empty));
-        lists.met = Met::default();
-        found.iter().for_each(|found| lists.met += found.met);
+    }
+}
+
+/// The second step: where each part's entries of each key go, from the counts.
+struct Scan<'a, I, K> {
+    grid: Grid,
+    keep: &'a K,
+    /// Whether nothing is left to be looked at.
+    whole: bool,
+    /// Whether tiles' occluders are in earlier lists.
+    listed: bool,
+    /// Whether few tiles have entries.
+    few: bool,
+    found: &'a mut [Found<I>],
+    lists: &'a mut Lists<I>,
+    /// Entries before the next tile.
+    total: u32,
+    /// Where the next entries of each slab of a tile go.
+    next: [u32; MOST_SLABS as usize],
+}
+
+impl<'a, I: Item, K: Keep> Scan<'a, I, K> {
+    fn new(
+        grid: Grid,
+        keep: &'a K,
+        whole: bool,
+        found: &'a mut [Found<I>],
+        lists: &'a mut Lists<I>,
+    ) -> Self {
+        let (tiles, listed) = (grid.tiles(), keep.listed());
         lists.nearest.resize(if I::BY_TILE { tiles } else { 0 }, f64::INFINITY);
-        // Tiles that have entries, a bit for each, if these are few.
-        let few = I::BY_TILE
-            && whole
-            && found.iter().map(|found| found.keys.len()).sum::<usize>() < tiles / 4;
-        let mut touched = vec![0u64; if few { tiles.div_ceil(64) } else { 0 }];
-        for &key in found.iter().filter(|_| few).flat_map(|found| &found.keys) {
-            let tile = key as usize / slabs;
-            touched[tile / 64] |= 1 << (tile % 64);
-        }
-        // Where each part's entries of each key go.
+        let items: usize = found.iter().map(|found| found.keys.len()).sum();
+        let few = I::BY_TILE && whole && items < tiles / 4;
         lists.starts.clear();
-        let mut total = 0u32;
-        let mut next = [0u32; MOST_SLABS as usize];
-        let next = &mut next[..slabs];
-        let mut scan = |tile: usize| {
-            if I::BY_TILE {
-                if few {
-                    // The tiles between the last one and this have no entries: their lists start
-                    // here, too.
-                    lists.starts.resize(tile, total);
-                }
-                lists.starts.push(total);
-                let mut nearest =
-                    found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
-                if !listed
-                    && let Some((index, begins)) = keep.behind(tile)
-                    && (!whole || found.iter().any(|found| found.mixed[tile]))
-                    && let Some(first) = found.first_mut()
-                {
-                    let item = I::new(Projected::default(), begins, index, Window::default());
-                    first.add(self.grid.key(tile, begins), tile, begins, item);
-                    nearest = nearest.min(begins);
-                }
-                lists.nearest[tile] = nearest;
-                if nearest == f64::INFINITY {
-                    return;
-                }
-            }
-            let keys = tile * slabs..(tile + 1) * slabs;
-            next.fill(0);
-            for part in &*found {
-                next.iter_mut()
-                    .zip(&part.counts[keys.clone()])
-                    .for_each(|(sum, count)| *sum += count);
-            }
-            for next in &mut *next {
-                if !I::BY_TILE {
-                    lists.starts.push(total);
-                }
-                let count = std::mem::replace(next, total);
-                total = total.checked_add(count).expect("a wave is shorter than 2^32 entries");
-            }
-            for part in &mut *found {
-                for (next, to) in next.iter_mut().zip(&mut part.counts[keys.clone()]) {
-                    // Keys without items stay at 0.
-                    let count = *to;
-                    *to = if count == 0 { 0 } else { *next };
-                    *next += count;
-                }
-            }
-        };
-        if few {
-            for (at, &bits) in touched.iter().enumerate() {
+        let next = [0; MOST_SLABS as usize];
+        Self { grid, keep, whole, listed, few, found, lists, total: 0, next }
+    }
+
+    fn run(mut self) {
+        let tiles = self.grid.tiles();
+        if self.few {
+            for (at, bits) in self.touched().into_iter().enumerate() {
                 let mut bits = bits;
                 while bits != 0 {
-                    scan(at * 64 + bits.trailing_zeros() as usize);
+                    self.tile(at * 64 + bits.trailing_zeros() as usize);
                     bits &= bits - 1;
                 }
             }
         } else {
-            (0..tiles).for_each(scan);
+            (0..tiles).for_each(|tile| self.tile(tile));
         }
         if I::BY_TILE {
-            lists.starts.resize(tiles, total);
+            self.lists.starts.resize(tiles, self.total);
         }
-        lists.starts.push(total);
-        let limit = total as usize;
-        lists.entries.clear();
-        lists.entries.reserve(limit);
-        let target = Target(lists.entries.as_mut_ptr());
-        let write = |Found { items, keys, counts, .. }: &mut Found<I>| {
-            let target = &target;
-            for (item, key) in items.iter().zip(&*keys) {
-                let at = counts[*key as usize];
-                counts[*key as usize] += 1;
-                assert!((at as usize) < limit, "more entries than were counted");
-                // SAFETY: `at` lies inside the allocation, and nothing else writes it: the scan
-                // gave this part and key a range of its own, as long as the number of its items.
-                unsafe { target.0.add(at as usize).write(*item) };
-            }
-        };
-        if limit < FEW {
-            found.iter_mut().for_each(write);
-        } else {
-            pool::each_of(&mut *found, write);
-        }
-        // SAFETY: the ranges that the scan gave out cover 0..total, and each part filled its own.
-        unsafe { lists.entries.set_len(limit) };
-        lists
+        self.lists.starts.push(self.total);
     }
+
+    /// Tiles that have entries, a bit for each.
+    fn touched(&self) -> Vec<u64> {
+        let mut touched = vec![0u64; self.grid.tiles().div_ceil(64)];
+        for &key in self.found.iter().flat_map(|found| &found.keys) {
+            let tile = key as usize / self.grid.slabs as usize;
+            touched[tile / 64] |= 1 << (tile % 64);
+        }
+        touched
+    }
+
+    /// The next tile.
+    #[inline(always)]
+    fn tile(&mut self, tile: usize) {
+        if I::BY_TILE && self.begin(tile) == f64::INFINITY {
+            return;
+        }
+        let slabs = self.grid.slabs as usize;
+        let keys = tile * slabs..(tile + 1) * slabs;
+        let next = &mut self.next[..slabs];
+        next.fill(0);
+        for part in &*self.found {
+            next.iter_mut().zip(&part.counts[keys.clone()]).for_each(|(sum, count)| *sum += count);
+        }
+        for next in &mut *next {
+            if !I::BY_TILE {
+                self.lists.starts.push(self.total);
+            }
+            let count = std::mem::replace(next, self.total);
+            self.total =
+                self.total.checked_add(count).expect("a wave is shorter than 2^32 entries");
+        }
+        for part in &mut *self.found {
+            for (next, to) in next.iter_mut().zip(&mut part.counts[keys.clone()]) {
+                // Keys without items stay at 0.
+                let count = *to;
+                *to = if count == 0 { 0 } else { *next };
+                *next += count;
+            }
+        }
+    }
+
+    /// Where the list of a tile starts, with its occluder if it must be listed; gives the least
+    /// depth of the list, infinite if it is empty.
+    #[inline(always)]
+    fn begin(&mut self, tile: usize) -> f64 {
+        let Self { keep, whole, found, lists, total, .. } = self;
+        if self.few {
+            // The tiles between the last one and this have no entries: their lists start here,
+            // too.
+            lists.starts.resize(tile, *total);
+        }
+        lists.starts.push(*total);
+        let mut nearest =
+            found.iter().map(|found| found.nearest[tile]).fold(f64::INFINITY, f64::min);
+        if !self.listed
+            && let Some((index, begins)) = keep.behind(tile)
+            && (!*whole || found.iter().any(|found| found.mixed[tile]))
+            && let Some(first) = found.first_mut()
+        {
+            let item = I::new(Projected::default(), begins, index, Window::default());
+            first.add(self.grid.key(tile, begins), tile, begins, item);
+            nearest = nearest.min(begins);
+        }
+        lists.nearest[tile] = nearest;
+        nearest
+    }
+}
+
+/// The third step: every item to its place.
+fn scatter<I: Item>(found: &mut [Found<I>], entries: &mut Vec<I>) {
+    let limit = found.iter().map(|found| found.items.len()).sum();
+    entries.clear();
+    entries.reserve(limit);
+    let target = Target(entries.as_mut_ptr());
+    let write = |Found { items, keys, counts, .. }: &mut Found<I>| {
+        let target = &target;
+        for (item, key) in items.iter().zip(&*keys) {
+            let at = counts[*key as usize];
+            counts[*key as usize] += 1;
+            assert!((at as usize) < limit, "more entries than were counted");
+            // SAFETY: `at` lies inside the allocation, and nothing else writes it: the scan gave
+            // this part and key a range of its own, as long as the number of its items.
+            unsafe { target.0.add(at as usize).write(*item) };
+        }
+    };
+    if limit < FEW {
+        found.iter_mut().for_each(write);
+    } else {
+        pool::each_of(found.iter_mut(), write);
+    }
+    // SAFETY: the ranges that the scan gave out cover 0..limit, and each part filled its own.
+    unsafe { entries.set_len(limit) };
 }
 
 /// Memory for lists, kept from one to the next.
@@ -551,7 +613,7 @@ impl<I> Default for Found<I> {
 /// Where entries are written by several threads.
 struct Target<I>(*mut I);
 
-// SAFETY: each thread writes places of its own, see `Binner::lists`.
+// SAFETY: each thread writes places of its own, see `scatter`.
 unsafe impl<I> Sync for Target<I> {}
 
 /// Contiguous parts of some spheres, one a thread; few spheres are one part.

@@ -349,22 +349,60 @@ impl Batch {
 /// What is at hand while a tile's list is looked at.
 struct Desk {
     batch: Batch,
-    /// The last spheres that were drawn: a later one that is the same is nowhere seen. Depths of
-    /// their centres, and indices.
-    depths: [f64; SEEN],
-    indices: [u32; SEEN],
-    balls: [Ball; SEEN],
+    seen: Seen,
 }
 
 impl Desk {
     fn new() -> Self {
         let batch = Batch::new();
-        Self {
+        let seen = Seen {
             depths: [f64::INFINITY; SEEN],
             indices: [u32::MAX; SEEN],
             balls: [batch.ball[0]; SEEN],
-            batch,
+            count: 0,
+        };
+        Self { batch, seen }
+    }
+}
+
+/// The last spheres that were drawn: a later one that is the same is nowhere seen.
+struct Seen {
+    /// Of their centres.
+    depths: [f64; SEEN],
+    indices: [u32; SEEN],
+    balls: [Ball; SEEN],
+    /// Where the next is kept.
+    count: usize,
+}
+
+impl Seen {
+    #[inline(always)]
+    fn clear(&mut self) {
+        self.depths.fill(f64::INFINITY);
+        self.indices.fill(u32::MAX);
+        self.count = 0;
+    }
+
+    /// Whether a sphere is the same as one before it in the scene; if not it is kept.
+    #[inline(always)]
+    fn repeats<L: Lanes>(&mut self, index: u32, ball: Ball, depth: f64) -> bool {
+        let Self { depths, indices, balls, count } = self;
+        let z = L::splat(depth);
+        let mut again = false;
+        for first in (0..SEEN).step_by(LANES) {
+            let depths = L::load(&depths[first..]);
+            let mut same = !(depths.less(z) | z.less(depths));
+            while same != 0 {
+                let earlier = first + same.trailing_zeros() as usize;
+                same &= same - 1;
+                again |= indices[earlier] < index && balls[earlier] == ball;
+            }
         }
+        if !again {
+            (depths[*count], indices[*count], balls[*count]) = (depth, index, ball);
+            *count = (*count + 1) % SEEN;
+        }
+        again
     }
 }
 
@@ -396,6 +434,24 @@ fn window([first, last]: [f64; 2], from: f64) -> u8 {
     }
 }
 
+/// The rows of a tile with open pixels that a sphere may be seen in, a bit for each; `open` are
+/// columns and rows with open pixels.
+#[inline(always)]
+fn rows_seen<const PERSPECTIVE: bool>(
+    projector: &Projector,
+    sphere: &Projected,
+    [x, y]: [usize; 2],
+    [open_columns, open_rows]: [u8; 2],
+) -> u8 {
+    // With one open row, testing it is cheaper than finding out that the sphere misses it.
+    if open_rows.is_power_of_two() {
+        return open_rows;
+    }
+    let [across, down] = projector.extent::<PERSPECTIVE>(sphere);
+    let rows = open_rows & window(down, y as f64);
+    if window(across, x as f64) & open_columns == 0 { 0 } else { rows }
+}
+
 struct Paint<'a> {
     among: Among<'a>,
     open: &'a mut Open,
@@ -409,14 +465,8 @@ impl tile::Work for Paint<'_> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) {
         let Among { spheres, projector, wave, cancel } = self.among;
         let Spheres { scene, truth, .. } = spheres;
-        let Open {
-            tile,
-            corner,
-            pixels,
-            window: [open_columns, open_rows],
-            ref mut state,
-            ref mut farthest,
-        } = *self.open;
+        let Open { tile, corner, pixels, window: open, ref mut state, ref mut farthest } =
+            *self.open;
         let [x, y] = corner.map(|at| at as usize);
         let place = Place::new(scene, truth, projector, [x, y]).until(cancel);
         state.begin::<Exact>(&place);
@@ -424,10 +474,8 @@ impl tile::Work for Paint<'_> {
         // Most tiles have one open pixel: then spheres are looked at there eight at a time, and
         // drawn from the front if they may be seen.
         let single = pixels.is_power_of_two().then(|| places(pixels).next()).flatten();
-        let Desk { batch, depths, indices, balls } = self.desk;
-        depths.fill(f64::INFINITY);
-        indices.fill(u32::MAX);
-        let mut count = 0;
+        let Desk { batch, seen } = self.desk;
+        seen.clear();
         let list = wave.tile(tile as usize);
         for (turn, places) in list.chunks(LANES).enumerate() {
             if cancel.is_cancelled() {
@@ -462,33 +510,14 @@ impl tile::Work for Paint<'_> {
                 };
                 left &= !(1 << k);
                 let sphere = batch.sphere(k);
-                let mut rows_seen = open_rows;
-                // With one open row, testing it is cheaper than finding out that the sphere misses
-                // it.
-                if !open_rows.is_power_of_two() {
-                    let [across, down] = projector.extent::<PERSPECTIVE>(&sphere);
-                    rows_seen &= window(down, y as f64);
-                    if rows_seen == 0 || window(across, x as f64) & open_columns == 0 {
-                        continue;
-                    }
-                }
-                let (index, ball, z) =
-                    (spheres.index(places[k]), batch.ball[k], L::splat(sphere.z));
-                let mut again = false;
-                for first in (0..SEEN).step_by(LANES) {
-                    let depths = L::load(&depths[first..]);
-                    let mut same = !(depths.less(z) | z.less(depths));
-                    while same != 0 {
-                        let earlier = first + same.trailing_zeros() as usize;
-                        same &= same - 1;
-                        again |= indices[earlier] < index && balls[earlier] == ball;
-                    }
-                }
-                if again {
+                let rows_seen = rows_seen::<PERSPECTIVE>(projector, &sphere, [x, y], open);
+                if rows_seen == 0 {
                     continue;
                 }
-                (depths[count], indices[count], balls[count]) = (sphere.z, index, ball);
-                count = (count + 1) % SEEN;
+                let (index, ball) = (spheres.index(places[k]), batch.ball[k]);
+                if seen.repeats::<L>(index, ball, sphere.z) {
+                    continue;
+                }
                 let (cut, rows) =
                     (batch.cut >> k & 1 == 1, (0..SIDE).filter(|row| rows_seen >> row & 1 == 1));
                 state.draw::<L, PERSPECTIVE, Exact>(

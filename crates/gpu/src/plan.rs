@@ -228,6 +228,62 @@ fn up(x: f64) -> f32 {
     -down(-x)
 }
 
+/// The middle of the data in view space, and the difference that it was made from, rounded. The
+/// difference is exact as high + low (two-sum), products and sums round.
+fn middle_in_view(middle: DVec3, origin: DVec3, axes: [DVec3; 3]) -> (DVec3, DVec3) {
+    let high = middle - origin;
+    let back = high - middle;
+    let low = (middle - (high - back)) - (origin + back);
+    (DVec3::from_array(axes.map(|axis| axis.dot(high) + axis.dot(low))), high)
+}
+
+/// Half the screen and a tile more, at distance 1 or anywhere; and how long the axes of perspective
+/// tiles are, at most.
+fn reach(image: [f64; 2], pitch: [f64; 2], perspective: bool) -> ([f64; 2], f64) {
+    let half = [(0.5 * image[0] + 16.0) * pitch[0], (0.5 * image[1] + 16.0) * pitch[1]];
+    let length = 1.001 * (1.0 + half[0] * half[0] + half[1] * half[1]).sqrt();
+    (half, if perspective { length } else { 1.0 })
+}
+
+/// Bound of the middle in view space (lemma K4 of docs/numerics.md): in units of 2^-53,
+/// `6 distance + 3 |s|` is needed for parallel rays, and `8.5 distance (1 + s^2)` in perspective.
+fn host_error(distance: f64, half: [f64; 2], tilt: Option<f64>) -> f64 {
+    let ulps = match tilt {
+        Some(spread) => 9.0 * spread * spread * distance,
+        None => 6.5 * distance + 3.5 * (half[0] + half[1]),
+    };
+    power(-53) * ulps
+}
+
+/// What the device's arithmetic adds to the bound of a place; for perspective rays, of data as far
+/// as `farthest`.
+fn roundings(widest: f64, delta_depth: f64, farthest: Option<f64>) -> f64 {
+    match farthest {
+        Some(farthest) => LONGER + widest * (4.0 * delta_depth + 15.0 * ULP * farthest),
+        None => 24.0 * ULP * widest,
+    }
+}
+
+/// log2 of a step in units of fixed point: small against a pixel (`fine` and `coarse` are its sides
+/// at the data), yet large enough that spheres, of at most `radius`, and tiles are not far beyond
+/// 2^29 steps. `tilt` is how long the axes of perspective tiles are.
+fn level(fixed: &Fixed, radius: f64, fine: f64, coarse: f64, tilt: Option<f64>) -> i32 {
+    let levels = |length: f64, bits: i32| {
+        if length > 0.0 { (above(length) - bits - fixed.exponent).max(0) } else { 0 }
+    };
+    let wish = levels(radius + 16.0 * coarse, 29);
+    let limit = (above(fine) - 1 - 16 - fixed.exponent).max(levels(16.0 * coarse, 28)).max(0);
+    wish.min(limit).max(tilt.map_or(0, |spread| above(spread / LONGEST)))
+}
+
+/// How far before the first hit depths in a perspective tile start, so that keys of hits are above
+/// 0: lemma V9 of docs/numerics.md. Lengths are in steps.
+fn key_margin(spread: f64, widest: f64, delta: f64, radius: f64, farthest: f64) -> f64 {
+    let half = 3.6 * widest;
+    let by_radius = (1.0 / 32.0 + half / 8.0) * radius;
+    1.07 * spread * (1024.0 * delta + spread * (by_radius + half / 24.0 * farthest))
+}
+
 impl Eye {
     /// Of a view of a scene with these bounds; none where the device's numbers cannot hold it, and
     /// the host must decide all.
@@ -237,49 +293,20 @@ impl Eye {
         let [right, upward, forward] = [axes.right.high, axes.up.high, axes.forward.high];
         let pitch = [view.pitch_x.to_f64(), view.pitch_y.to_f64()];
         let image = [f64::from(view.image.width), f64::from(view.image.height)];
-        // Half the screen and a tile more.
-        let half = [(0.5 * image[0] + 16.0) * pitch[0], (0.5 * image[1] + 16.0) * pitch[1]];
         let perspective = camera.projection == Projection::Perspective;
-        let spread = if perspective {
-            1.001 * (1.0 + half[0] * half[0] + half[1] * half[1]).sqrt()
-        } else {
-            1.0
-        };
-
-        // The middle of the data in view space: the difference is exact as high + low (two-sum),
-        // products and sums round.
-        let (m, o) = (fixed.middle, camera.origin);
-        let high = m - o;
-        let back = high - m;
-        let low = (m - (high - back)) - (o + back);
-        let to_view = |axis: DVec3| axis.dot(high) + axis.dot(low);
-        let middle = DVec3::new(to_view(right), to_view(upward), to_view(forward));
+        let (half, spread) = reach(image, pitch, perspective);
+        let tilt = perspective.then_some(spread);
+        let (middle, high) = middle_in_view(fixed.middle, camera.origin, [right, upward, forward]);
         let distance = high.x.hypot(high.y).hypot(high.z);
-        // In units of 2^-53 (lemma K4 of docs/numerics.md): `6 distance + 3 |s|` is needed for
-        // parallel rays, and `8.5 distance (1 + s^2)` in perspective.
-        let ulps = if perspective {
-            9.0 * spread * spread * distance
-        } else {
-            6.5 * distance + 3.5 * (half[0] + half[1])
-        };
-        let error = power(-53) * ulps;
+        let error = host_error(distance, half, tilt);
 
-        // A step: small against a pixel, yet large enough that spheres and tiles are not far beyond
-        // 2^29 steps.
-        let unit = power(fixed.exponent);
         let extent = 0.5 * (bounds.max_center - bounds.min_center);
         let depth_reach = extent.dot(forward.abs()) + bounds.max_radius;
         let pixel = |p: f64| if perspective { p * (middle.z.abs() + depth_reach) } else { p };
         let (fine, coarse) = (pixel(pitch[0].min(pitch[1])), pixel(pitch[0].max(pitch[1])));
-        let levels = |length: f64, bits: i32| {
-            if length > 0.0 { (above(length) - bits - fixed.exponent).max(0) } else { 0 }
-        };
-        let wish = levels(spread * bounds.max_radius + 16.0 * coarse, 29);
-        let limit = (above(fine) - 1 - 16 - fixed.exponent).max(levels(16.0 * coarse, 28)).max(0);
-        // Axes of perspective tiles are as long as `spread`.
-        let level = wish.min(limit).max(if perspective { above(spread / LONGEST) } else { 0 });
+        let level = level(fixed, spread * bounds.max_radius, fine, coarse, tilt);
         let one = if level <= 32 { power(AXIS_BITS - level) } else { 0.0 };
-        let step = unit * power(level.min(200));
+        let step = power(fixed.exponent) * power(level.min(200));
         let axis = |a: DVec3| (a * one).to_array().map(|c| c.round_ties_even() as i32);
 
         let middle = middle / step;
@@ -289,21 +316,10 @@ impl Eye {
         let delta_depth = ROTATION_ERROR + middle_error;
         let widest = scaled[0].max(scaled[1]);
         let farthest = middle.z.abs() + depth_reach / step;
-        let roundings = if perspective {
-            LONGER + widest * (4.0 * delta_depth + 15.0 * ULP * farthest)
-        } else {
-            24.0 * ULP * widest
-        };
+        let roundings = roundings(widest, delta_depth, perspective.then_some(farthest));
         let delta = ROTATION_ERROR + middle_error + roundings;
-        // Depths in a perspective tile start so far before the first hit that keys of hits are
-        // above 0: lemma V9 of docs/numerics.md.
-        let margin = if perspective {
-            let half = 3.6 * widest;
-            let by_radius = (1.0 / 32.0 + half / 8.0) * bounds.max_radius / step;
-            1.07 * spread * (1024.0 * delta + spread * (by_radius + half / 24.0 * farthest))
-        } else {
-            0.0
-        };
+        let radius = bounds.max_radius / step;
+        let margin = tilt.map_or(0.0, |spread| key_margin(spread, widest, delta, radius, farthest));
         let frame = Frame {
             right: axis(right),
             pitch_x: scaled[0] as f32,
@@ -323,13 +339,14 @@ impl Eye {
         let crossed =
             [center - depth_reach - slop <= camera.near, center + depth_reach + slop >= camera.far];
         // Everything must stay where squares of f32 do, and steps must resolve something.
+        let in_perspective =
+            spread <= 8.0 && coarse / step < power(30) && spread * farthest < power(60);
         let sane = level <= 120
             && delta < power(60)
             && scaled.iter().all(|&p| p > power(-60) && p < power(40))
             && middle.is_finite()
             && middle.abs().max_element() < power(60)
-            && (!perspective
-                || (spread <= 8.0 && coarse / step < power(30) && spread * farthest < power(60)));
+            && (!perspective || in_perspective);
         sane.then_some(Self {
             frame,
             projection: camera.projection,
@@ -548,44 +565,7 @@ impl Band {
         limits: Limits,
         all: bool,
     ) -> (Vec<Pass>, bool) {
-        // Tiles of each kernel, and whether they were never met before.
-        let mut kernels = [Vec::new(), Vec::new(), Vec::new()];
-        let mut meet = |tile: u32| {
-            let count = lists.starts[tile as usize + 1] - lists.starts[tile as usize];
-            if count == 0 || self.left_out[tile as usize] {
-                return;
-            }
-            let nearest = lists.nearest[tile as usize] * lists.unit;
-            let fresh = self.numbers[tile as usize] == Self::UNMET;
-            let class = if fresh {
-                let (x, y) = (tile % self.columns * TILE, tile / self.columns * TILE);
-                let (class, place) = eye.place(self.region.x + x, self.region.y + y, nearest, all);
-                if class == Class::Host {
-                    self.left_out[tile as usize] = true;
-                    self.host.push(tile);
-                    return;
-                }
-                self.numbers[tile as usize] = self.places.len() as u32;
-                self.places.push(place);
-                class
-            } else {
-                eye.kernel(nearest)
-            };
-            let kernel = match class {
-                Class::Clipped => 2,
-                _ => usize::from(count <= limits.few),
-            };
-            kernels[kernel].push((tile, fresh));
-        };
-        for_tiles_in_order(lists.columns, lists.rows, |tiles| {
-            if lists.starts[tiles.start as usize] < lists.starts[tiles.end as usize] {
-                tiles.for_each(&mut meet);
-            }
-        });
-        if kernels[1].len() < limits.worth {
-            let few = std::mem::take(&mut kernels[1]);
-            kernels[0].extend(few);
-        }
+        let kernels = self.kernels(lists, eye, limits, all);
         let mut passes = Vec::new();
         let mut single = true;
         for window in (0..lists.entries.len()).step_by(limits.entries) {
@@ -625,6 +605,55 @@ impl Band {
             }
         }
         (passes, single)
+    }
+
+    /// The tiles of each kernel (the whole, the short, the clipped), and whether they were never met
+    /// before.
+    fn kernels(
+        &mut self,
+        lists: &Lists<'_>,
+        eye: &Eye,
+        limits: Limits,
+        all: bool,
+    ) -> [Vec<(u32, bool)>; 3] {
+        let mut kernels = [Vec::new(), Vec::new(), Vec::new()];
+        let mut meet = |tile: u32| {
+            let count = lists.starts[tile as usize + 1] - lists.starts[tile as usize];
+            if count == 0 || self.left_out[tile as usize] {
+                return;
+            }
+            let nearest = lists.nearest[tile as usize] * lists.unit;
+            let fresh = self.numbers[tile as usize] == Self::UNMET;
+            let class = if fresh {
+                let (x, y) = (tile % self.columns * TILE, tile / self.columns * TILE);
+                let (class, place) = eye.place(self.region.x + x, self.region.y + y, nearest, all);
+                if class == Class::Host {
+                    self.left_out[tile as usize] = true;
+                    self.host.push(tile);
+                    return;
+                }
+                self.numbers[tile as usize] = self.places.len() as u32;
+                self.places.push(place);
+                class
+            } else {
+                eye.kernel(nearest)
+            };
+            let kernel = match class {
+                Class::Clipped => 2,
+                _ => usize::from(count <= limits.few),
+            };
+            kernels[kernel].push((tile, fresh));
+        };
+        for_tiles_in_order(lists.columns, lists.rows, |tiles| {
+            if lists.starts[tiles.start as usize] < lists.starts[tiles.end as usize] {
+                tiles.for_each(&mut meet);
+            }
+        });
+        if kernels[1].len() < limits.worth {
+            let few = std::mem::take(&mut kernels[1]);
+            kernels[0].extend(few);
+        }
+        kernels
     }
 }
 

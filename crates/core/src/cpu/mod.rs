@@ -271,11 +271,7 @@ impl Cpu {
             drawing.times.render += host.since(drawn);
         } else {
             let drawn = host.now();
-            self.tiles.resize_with(grid.tiles(), Tile::default);
-            self.tiles
-                .par_iter_mut()
-                .enumerate()
-                .for_each(|(tile, state)| painter.clear(tile, state));
+            clear(&mut self.tiles, &painter, grid.tiles());
             drawing.times.render += host.since(drawn);
             let mut empty = vec![true; grid.tiles()];
             let mut second = false;
@@ -318,6 +314,12 @@ impl Cpu {
             .add_to(&mut drawing.counts);
         drawing.counts.note(band == drawing.region, met);
     }
+}
+
+/// Tiles that hold nothing yet.
+fn clear(tiles: &mut Vec<Tile>, painter: &Painter<'_>, count: usize) {
+    tiles.resize_with(count, Tile::default);
+    tiles.par_iter_mut().enumerate().for_each(|(tile, state)| painter.clear(tile, state));
 }
 
 /// From this many spheres on, a scene that is drawn again is put in order.
