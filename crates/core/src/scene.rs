@@ -577,16 +577,30 @@ impl Survey {
             .reduce(|| Self::EMPTY, Self::and)
     }
 
+    /// The same of radii, sixteen at a time.
     fn of_radii<T: Copy + Into<f64> + PartialOrd + Sync + Extremes>(values: &[T]) -> Self {
         values
             .par_chunks(1 << 15)
             .map(|chunk| {
-                let (mut low, mut high, mut positive) = (T::GREATEST, T::ZERO, true);
-                for &v in chunk {
-                    positive &= (v > T::ZERO) & (v <= T::GREATEST);
-                    low = if v < low { v } else { low };
-                    high = if v > high { v } else { high };
+                let (mut low, mut high, mut positive) = ([T::GREATEST; 16], [T::ZERO; 16], true);
+                let mut lanes = chunk.chunks_exact(16);
+                for sixteen in &mut lanes {
+                    let mut inside = true;
+                    for k in 0..16 {
+                        let v = sixteen[k];
+                        inside &= (v > T::ZERO) & (v <= T::GREATEST);
+                        low[k] = if v < low[k] { v } else { low[k] };
+                        high[k] = if v > high[k] { v } else { high[k] };
+                    }
+                    positive &= inside;
                 }
+                for (k, &v) in lanes.remainder().iter().enumerate() {
+                    positive &= (v > T::ZERO) & (v <= T::GREATEST);
+                    low[k] = if v < low[k] { v } else { low[k] };
+                    high[k] = if v > high[k] { v } else { high[k] };
+                }
+                let low = low.into_iter().fold(T::GREATEST, |a, b| if b < a { b } else { a });
+                let high = high.into_iter().fold(T::ZERO, |a, b| if b > a { b } else { a });
                 Self {
                     valid: positive,
                     min_radius: low.into(),

@@ -4,3 +4,4 @@
 //!   find.
 
 pub mod faults;
+pub mod instructions;
