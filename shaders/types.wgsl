@@ -1,5 +1,5 @@
-// What the device is given and gives back. Every struct is compared with its twin in crates/gpu/src/plan.rs by
-// tests/shaders.rs.
+// What the device is given and gives back. Every struct is compared with its twin in
+// crates/gpu/src/plan.rs by tests/shaders.rs.
 //
 // Lengths are in steps, f32 lengths too. A step is a power of two of the scene's fixed-point unit,
 // chosen per view (`Eye::new` in plan.rs).

@@ -45,8 +45,8 @@ pub mod cli;
 mod explain;
 
 pub use planisphere_core::{
-    bins, camera, cover, cpu, depth, drawing, exact, filter, fov, framing, ids, order, pair, part,
-    pool, project, projected, scene, simd, text, tile, unseen,
+    axes, bins, camera, cover, cpu, depth, drawing, exact, filter, fov, framing, ids, order, pair,
+    part, pool, project, projected, scene, simd, text, tile, unseen,
 };
 #[cfg(feature = "gpu")]
 pub use planisphere_gpu as gpu;

@@ -1,6 +1,6 @@
 //! Every bound of the f64 filter, measured: the same expressions that the devices run, against
-//! 100-bit arithmetic, whose own error is nothing here (its bounds are measured in crates/core/src/exact/dd.rs
-//! against integers).
+//! 100-bit arithmetic, whose own error is nothing here (its bounds are measured in
+//! crates/core/src/exact/dd.rs against integers).
 //!
 //! For each quantity a search looks for the input with the largest error over its bound: climbs
 //! from random starts, with spheres near and far, small and large, on axes that are rational and on

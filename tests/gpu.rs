@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 use planisphere_core::{
+    axes::Axes,
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::{self, Cpu},
-    exact::axes::Axes,
     ids::{NONE, UNDECIDED},
     scene::{Scene, Sphere},
 };

@@ -23,9 +23,10 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 # The Vulkan loader and Mesa's software device, the X server, the keys, the compositor, setpriv and
-# prlimit, NumPy for the exercise of the documents; then what winit loads.
+# prlimit, NumPy for the exercise of the documents; what counts instructions; what winit loads.
 packages=(
     libvulkan1 mesa-vulkan-drivers xvfb xdotool weston util-linux python3-numpy
+    valgrind libc6-dbg
     libx11-6 libx11-xcb1 libxcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0
     libwayland-client0
 )

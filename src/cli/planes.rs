@@ -4,19 +4,20 @@
 use std::{sync::Arc, time::Instant};
 
 use super::{Failure, args::Outputs, progress::Progress};
-use planisphere_core::depth;
 use planisphere_core::{
     camera::Region,
+    depth,
     exact::decide::Truth,
     part::{Meta, Pixel, Seen},
     scene::Scene,
 };
 use planisphere_image::Paint;
-use planisphere_io::{npy, png};
 use planisphere_io::{
+    npy,
     npy::Plane,
     output::{OutputError, Staged, Target},
     part::PartWriter,
+    png,
     png::{PaletteError, PngRows},
 };
 

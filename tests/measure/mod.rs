@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 use planisphere_core::{
+    axes::Axis,
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
-    exact::{axes::Axis, dd::Bounded, decide::Truth},
+    exact::{dd::Bounded, decide::Truth},
     project::Projector,
     scene::{Scene, Sphere},
 };

@@ -1,10 +1,10 @@
 //! The inexact ways to find the nearest sphere that `bench accuracy` holds against ours, in f32 as
 //! they are commonly written.
 //!
-//! All of them look at the same spheres: those of the conservative tile lists of [`planisphere_core::bins`],
-//! at the pixels of each sphere's bounding box, roughly front to back, so that they differ in the
-//! formula only. Rays are made in f64 and rounded once, and nothing outside a sphere's box is
-//! tested: both are kind to them.
+//! All of them look at the same spheres: those of the conservative tile lists of
+//! [`planisphere_core::bins`], at the pixels of each sphere's bounding box, roughly front to back,
+//! so that they differ in the formula only. Rays are made in f64 and rounded once, and nothing
+//! outside a sphere's box is tested: both are kind to them.
 
 use std::time::Instant;
 

@@ -1,9 +1,9 @@
 //! The exact ids that measurements are compared with: every sphere that may be seen at a pixel is
 //! decided by [`planisphere_core::exact::decide`].
 //!
-//! Which spheres may be seen at a pixel comes from the conservative lists of [`planisphere_core::bins`]; plain
-//! f64 leaves out what misses or lies behind by a thousand times its bound. The independent judge
-//! of the tests shares neither.
+//! Which spheres may be seen at a pixel comes from the conservative lists of
+//! [`planisphere_core::bins`]; plain f64 leaves out what misses or lies behind by a thousand times
+//! its bound. The independent judge of the tests shares neither.
 
 use rayon::prelude::*;
 

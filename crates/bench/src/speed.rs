@@ -27,7 +27,8 @@ use planisphere_core::{
     camera::{ImageSize, Region, View},
     drawing::{DrawError, Drawing},
 };
-use planisphere_gpu::{self as gpu, naive::Naive};
+use planisphere_gpu as gpu;
+use planisphere_gpu::naive::Naive;
 use planisphere_io::litter;
 use planisphere_renderer::{Device, DeviceChoice, DeviceError};
 

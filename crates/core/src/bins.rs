@@ -9,9 +9,9 @@
 
 use std::ops::Range;
 
-use crate::drawing::Met;
 use crate::{
     camera::Region,
+    drawing::Met,
     exact::decide::Truth,
     float::U,
     order::{GROUP, Ordered},

@@ -1,7 +1,7 @@
 //! From where it is seen: the camera, and a camera together with an image size.
 //!
 //! Everything here is the f64 numbers of the contract, unrounded; the orthonormal axes, which are
-//! irrational in general, are made by [`crate::exact::axes`]. The spaces: *world* is the scene's
+//! irrational in general, are made by [`crate::axes`]. The spaces: *world* is the scene's
 //! own; *view* has its origin at the camera, x along `right`, y along `up`, z (the depth) along the
 //! view direction, in world units.
 
@@ -154,7 +154,7 @@ impl Camera {
         if self.up == DVec3::ZERO {
             return Err(CameraError::UpZero);
         }
-        if crate::exact::axes::parallel(self.view, self.up) {
+        if crate::axes::parallel(self.view, self.up) {
             return Err(CameraError::UpParallel);
         }
         let side = |what, value: f64| {
@@ -320,9 +320,9 @@ impl View {
     /// The ray of pixel (`column`, `row`) in world space, each number within a few units in the
     /// last place.
     pub fn ray(&self, column: u32, row: u32) -> Ray {
-        let axes = crate::exact::axes::Axes::new(self.camera.view, self.camera.up);
+        let axes = crate::axes::Axes::new(self.camera.view, self.camera.up);
         let [right, up, forward] =
-            [axes.right, axes.up, axes.forward].map(crate::exact::axes::Axis::nearest);
+            [axes.right, axes.up, axes.forward].map(crate::axes::Axis::nearest);
         let x = 0.5 * f64::from(self.odd_x(column)) * self.pitch_x.to_f64();
         let y = 0.5 * f64::from(self.odd_y(row)) * self.pitch_y.to_f64();
         let on_screen = x * right + y * up;

@@ -5,7 +5,7 @@
 
 use dashu_int::{IBig, UBig, ops::BitTest};
 
-use crate::{camera::CameraError, exact::axes::split};
+use crate::{axes::split, camera::CameraError};
 
 /// The f64 nearest to `2 tan(degrees / 2)`, the height at distance 1 of a screen with this vertical
 /// field of view. The f64 of `degrees` is taken as an exact number.
@@ -144,7 +144,7 @@ fn round_scaled(n: u64, exponent: i32) -> f64 {
     let (kept, dropped) = (n >> drop, n & ((1 << drop) - 1));
     let half = (1u64 << drop) >> 1;
     let up = dropped > half || (dropped == half && drop > 0 && kept & 1 == 1);
-    crate::exact::axes::scaled((kept + u64::from(up)) as f64, exponent + drop)
+    crate::axes::scaled((kept + u64::from(up)) as f64, exponent + drop)
 }
 
 #[cfg(test)]

@@ -15,8 +15,8 @@
 use glam::DVec3;
 
 use crate::{
+    axes::{Axes, Axis, parallel},
     camera::{Camera, ImageSize, Projection, ScreenSize, View},
-    exact::axes::{Axes, Axis, parallel},
     fov::height_from_fov,
     scene::Bounds,
 };

@@ -6,17 +6,20 @@
 //!
 //! * [`cpu`]: the native device. [`part`]: pictures that were drawn in several places, and merging.
 //!   [`depth`]: distances of ids. [`unseen`]: why a picture is empty.
-//! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and how the
-//!   undecided pixels of another device are decided. [`pair`]: the order of two spheres that all but
-//!   coincide.
-//! * [`order`], [`cover`]: what can be skipped: clusters of neighbours, and what large spheres hide.
+//! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and how
+//!   the undecided pixels of another device are decided. [`pair`]: the order of two spheres that
+//!   all but coincide.
+//! * [`order`], [`cover`]: what can be skipped: clusters of neighbours, and what large spheres
+//!   hide.
 //! * [`bins`], [`project`], [`filter`], [`projected`], [`simd`], [`pool`]: spheres into view space,
 //!   tile lists, and one ray against one sphere, in f64 with proved bounds; all lanes, all cores.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
+//! * [`axes`]: the camera's axes as integers over square roots, and as pairs of f64.
 //! * [`scene`], [`camera`], [`fov`], [`framing`], [`drawing`], [`ids`]: plain data: what is drawn,
 //!   from where, what comes of it. [`text`]: how names and values from
 //!   outside are shown. [`host`]: the clock and the memory that others hand in.
 
+pub mod axes;
 pub mod bins;
 pub mod camera;
 pub mod cover;

@@ -11,8 +11,8 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::host::Host;
 use crate::{
+    host::Host,
     pair,
     project::BATCH,
     scene::{Ball, Block, Colors, Radii, Reals, Scene},

@@ -9,12 +9,12 @@
 
 use glam::DVec3;
 
-use crate::float::U;
-use crate::projected::Projected;
 use crate::{
     camera::{Projection, Region, View},
     exact::decide::Truth,
     filter::Screen,
+    float::U,
+    projected::Projected,
     scene::{Block, Radii, Reals},
 };
 

@@ -30,8 +30,8 @@ const CLOSED: i32 = NONE - 1;
 /// too.
 const OPEN: i32 = i32::MIN;
 
-/// What is done with bounds. Only [`Exact`] is used to draw; a benchmark that measures what exactness
-/// costs brings modes of its own.
+/// What is done with bounds. Only [`Exact`] is used to draw; a benchmark that measures what
+/// exactness costs brings modes of its own.
 pub trait Mode: Copy + Send + Sync + 'static {
     /// Whether hits and depths have bounds; without, plain comparisons of rounded numbers.
     const BOUNDS: bool;

@@ -7,8 +7,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
+    axes::{Axes, Axis},
     camera::{Camera, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View},
-    exact::axes::{Axes, Axis},
     framing::Wanted,
     scene::Scene,
 };

@@ -1,8 +1,8 @@
 //! The pixels that the device's filter left over: decided on the host among the spheres of their
 //! tiles.
 //!
-//! As the native device draws, see [`planisphere_core::tile`]: so lists may come in any order and in any
-//! number of waves.
+//! As the native device draws, see [`planisphere_core::tile`]: so lists may come in any order and
+//! in any number of waves.
 
 use std::{
     sync::{

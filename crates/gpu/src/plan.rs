@@ -14,8 +14,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use planisphere_core::{
+    axes::Axes,
     camera::{Projection, Region, View},
-    exact::axes::Axes,
     scene::Bounds,
 };
 
@@ -607,8 +607,8 @@ impl Band {
         (passes, single)
     }
 
-    /// The tiles of each kernel (the whole, the short, the clipped), and whether they were never met
-    /// before.
+    /// The tiles of each kernel (the whole, the short, the clipped), and whether they were never
+    /// met before.
     fn kernels(
         &mut self,
         lists: &Lists<'_>,
@@ -759,7 +759,7 @@ mod tests {
                         Bounded::pair(
                             axis.high[k],
                             axis.low[k],
-                            planisphere_core::exact::axes::Axis::ERROR,
+                            planisphere_core::axes::Axis::ERROR,
                         ) * away[k]
                     };
                     let off = part(0) + part(1) + part(2) - Bounded::exact(found * eye.step);

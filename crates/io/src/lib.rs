@@ -2,8 +2,9 @@
 //! planes become bytes, and bytes become whole files or none.
 //!
 //! This crate knows no device. A format has a module of its own with both directions: [`npy`],
-//! [`png`], [`part`]. [`load`] reads scene files, [`output`] writes files; [`identity`] tells whether
-//! two names are one file, [`litter`] what must not be left behind. [`make`] makes large scenes.
+//! [`png`], [`part`]. [`load`] reads scene files, [`output`] writes files; [`identity`] tells
+//! whether two names are one file, [`litter`] what must not be left behind. [`make`] makes large
+//! scenes.
 
 pub mod identity;
 pub mod litter;

@@ -8,15 +8,16 @@ use planisphere_core::{
     drawing::{Cancel, DrawError, Drawing},
     scene::Scene,
 };
-use planisphere_gpu::{self as gpu, Answer, Gpu};
+use planisphere_gpu as gpu;
+use planisphere_gpu::{Answer, Gpu};
 
 use crate::host;
 
 /// Frames of a scene that a GPU is not asked for after one of which it left all to the CPU.
 pub const REST: usize = 15;
 
-/// A GPU, and the CPU for what the GPU cannot draw or had better not: scenes whose numbers it cannot
-/// hold, and pictures in which nearly every pixel is hard.
+/// A GPU, and the CPU for what the GPU cannot draw or had better not: scenes whose numbers it
+/// cannot hold, and pictures in which nearly every pixel is hard.
 pub struct Hybrid {
     /// The GPU.
     pub gpu: Gpu,
@@ -53,8 +54,8 @@ impl Hybrid {
         self.gpu.cancel_on(cancel);
     }
 
-    /// Draws a region of a view of a scene. After a picture that the GPU left to the CPU as a whole,
-    /// the next frames of the same scene are drawn by the CPU alone.
+    /// Draws a region of a view of a scene. After a picture that the GPU left to the CPU as a
+    /// whole, the next frames of the same scene are drawn by the CPU alone.
     ///
     /// # Errors
     /// As [`crate::Device::draw`].

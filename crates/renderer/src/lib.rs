@@ -1,7 +1,7 @@
 //! A device that draws: which one is taken, and who draws what it leaves.
 //!
-//! [`Device`] is the one entry for every caller. This crate is the only one that knows both devices:
-//! a GPU says what it leaves, and [`Hybrid`] has the CPU draw it.
+//! [`Device`] is the one entry for every caller. This crate is the only one that knows both
+//! devices: a GPU says what it leaves, and [`Hybrid`] has the CPU draw it.
 
 #[cfg(feature = "gpu")]
 mod hybrid;

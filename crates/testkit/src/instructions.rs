@@ -2,8 +2,8 @@
 //! noise of the machine reaches.
 //!
 //! Only instructions of the program's own file count. What libraries do, the driver's compiler
-//! among them, differs from machine to machine; so does the choice of vector width, but valgrind knows no
-//! AVX-512, so that all machines with AVX2 take one way.
+//! among them, differs from machine to machine; so does the choice of vector width, but valgrind
+//! knows no AVX-512, so that all machines with AVX2 take one way.
 
 use std::{
     collections::BTreeMap,
@@ -47,8 +47,8 @@ pub fn count(program: &Path, arguments: &[&str], folder: &Path) -> Result<u64, S
     if own == 0 { Err(format!("{arguments:?}: nothing was counted")) } else { Ok(own) }
 }
 
-/// The cost of an object file in a profile, what it calls left out. The format is that of valgrind's
-/// manual, "Callgrind Format Specification".
+/// The cost of an object file in a profile, what it calls left out. The format is that of
+/// valgrind's manual, "Callgrind Format Specification".
 fn own_cost(profile: impl BufRead, object: &str) -> io::Result<u64> {
     // Names are given once, with a number: "ob=(3) /usr/lib/libm.so", later "ob=(3)".
     let mut numbers = BTreeMap::new();

@@ -53,8 +53,8 @@ pub struct Start {
     /// Name of the scene, without folder and ending: the title, and the beginning of the
     /// screenshots' names.
     pub name: OsString,
-    /// Size of the picture, as [`planisphere_core::camera::View`] takes it: the window begins with it, or
-    /// smaller if the screen is.
+    /// Size of the picture, as [`planisphere_core::camera::View`] takes it: the window begins with
+    /// it, or smaller if the screen is.
     pub image: ImageSize,
     /// Takes what is to be said to people.
     pub say: fn(&str),

@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 use glam::{DQuat, DVec2, DVec3};
 
 use planisphere_core::{
+    axes::{Axes, Axis},
     camera::{Camera, ImageSize, Projection, ScreenSize, View},
-    exact::axes::{Axes, Axis},
     fov::height_from_fov,
     scene::Bounds,
 };

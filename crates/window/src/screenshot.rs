@@ -9,13 +9,15 @@ use std::{
 
 use super::navigate;
 use planisphere_core::{
+    axes::split,
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
-    exact::axes::split,
     fov::height_from_fov,
 };
 use planisphere_image::Paint;
-use planisphere_io::output::{self, OutputError, Target};
-use planisphere_io::png;
+use planisphere_io::{
+    output::{self, OutputError, Target},
+    png,
+};
 
 /// Why a screenshot was not saved.
 pub(super) enum Unsaved {

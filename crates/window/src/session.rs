@@ -180,9 +180,9 @@ fn missing<'l>(names: &[&'l CStr]) -> Vec<&'l str> {
     if !cfg!(target_os = "linux") {
         return Vec::new();
     }
-    // SAFETY: the names are strings with an end. The libraries are winit's, which loads them the
-    // same way; what they do when they are loaded, they do anyway. They are never unloaded.
     let lacks = |name: &CStr| {
+        // SAFETY: the names are strings with an end. The libraries are winit's, which loads them
+        // the same way; what they do when they are loaded, they do anyway. They are never unloaded.
         unsafe { libc::dlopen(name.as_ptr(), libc::RTLD_LAZY | libc::RTLD_LOCAL) }.is_null()
     };
     names.iter().filter(|name| lacks(name)).filter_map(|name| name.to_str().ok()).collect()

@@ -190,7 +190,7 @@ mod tests {
     use dashu_int::IBig;
 
     use super::*;
-    use crate::exact::axes::integer;
+    use crate::axes::integer;
 
     /// `value * 2^300`, exact for the operands of these tests.
     fn fixed(value: f64) -> IBig {

@@ -1,6 +1,6 @@
 //! Hits and their order at one pixel, decided by the cheapest arithmetic that can tell.
 //!
-//! With the camera's integer vectors `d`, `e`, `g` and `A = |d|^2`, `B = |e|^2` ([`super::axes`]),
+//! With the camera's integer vectors `d`, `e`, `g` and `A = |d|^2`, `B = |e|^2` ([`crate::axes`]),
 //! a sphere's centre relative to the camera `f = c - o`, and a sample point `(sx, sy)`, the depths
 //! of the two roots are `t = y / scale` with
 //!
@@ -31,16 +31,15 @@ use dashu_int::{
 };
 
 use super::{
-    axes::{Axes, Axis, dot, integer, least_exponent},
     dd::Bounded,
     distance::{DISTANCE_ERROR, Distance},
     field::{Element, Field, sign_of},
     small,
 };
-use crate::scene::Ball;
 use crate::{
+    axes::{Axes, Axis, dot, integer, least_exponent},
     camera::{Pitch, Projection, View},
-    scene::Bounds,
+    scene::{Ball, Bounds},
 };
 
 /// Which of a ray's two meetings with a sphere is seen.
@@ -140,8 +139,8 @@ impl Truth {
             -300..=300 => (1.0, 0.0),
             // 2^-1020 to 2^1020: enough, as exponents run from -1022 to 1023.
             _ => (
-                super::axes::scaled(1.0, -exponent.clamp(-1020, 1020)),
-                super::axes::scaled(1.0, -1070),
+                crate::axes::scaled(1.0, -exponent.clamp(-1020, 1020)),
+                crate::axes::scaled(1.0, -1070),
             ),
         };
         let (x, y) = (u64::from(view.pitch_x.divisor), u64::from(view.pitch_y.divisor));

@@ -94,7 +94,7 @@ fn two_to(power: i64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exact::axes::integer;
+    use crate::axes::integer;
 
     /// The exact number, times `2^4000`.
     fn whole(distance: Distance) -> IBig {

@@ -1,7 +1,7 @@
 //! Exact numbers `x0 + x1 sqrt A + x2 sqrt B + x3 sqrt(A B)` with integer coefficients, and their
 //! signs.
 //!
-//! The squared lengths `A` and `B` belong to the camera's axes ([`super::axes`]). Where one is a
+//! The squared lengths `A` and `B` belong to the camera's axes ([`crate::axes`]). Where one is a
 //! perfect square its root is an integer and is folded away at once, so that axis-aligned cameras
 //! compute in plain integers. Signs are decided by squaring: `sign(x + y sqrt Q)` is the common
 //! sign of the terms, or else the sign of `x` times that of `x^2 - y^2 Q`. This holds whether or

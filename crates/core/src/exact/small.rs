@@ -8,9 +8,7 @@
 
 use dashu_int::IBig;
 
-use super::axes;
-use crate::camera::View;
-use crate::scene::Ball;
+use crate::{axes, camera::View, scene::Ball};
 
 /// How many bits below the largest length of a scene the unit lies.
 const BITS: i32 = 36;

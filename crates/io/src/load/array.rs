@@ -16,8 +16,10 @@ use crate::{
     load::mapped::{Mapped, OpenError, ReadError, SMALL, open_regular, read_at, read_whole},
     npy::read::{self as npy, BEGINNING, Descr, Field, Header, Kind, Number, Refused},
 };
-use planisphere_core::scene::{Column, Reals};
-use planisphere_core::text;
+use planisphere_core::{
+    scene::{Column, Reals},
+    text,
+};
 use planisphere_memory as memory;
 
 /// What an array is for.

@@ -23,8 +23,8 @@ use crate::{
     npy::read::Refused,
 };
 use planisphere_core::{
+    axes::parallel,
     camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, ScreenSize},
-    exact::axes::parallel,
     fov::height_from_fov,
     framing::Wanted,
     scene::{Block, Colors, Radii, Scene, SceneError, Sphere},

@@ -31,9 +31,9 @@ use zip::{
 };
 
 use crate::npy::{header as npy_header, record_header as npy_record_header};
-use planisphere_core::part::{Meta, Pixel, Pixels, VERSION};
 use planisphere_core::{
     camera::{Projection, Region, ScreenSize},
+    part::{Meta, Pixel, Pixels, VERSION},
     scene::Sphere,
 };
 

@@ -17,8 +17,7 @@ use png::{
 use rayon::prelude::*;
 
 use self::deflate::{Adler, Band, Run};
-use planisphere_core::camera::Region;
-use planisphere_core::depth::PlaneError;
+use planisphere_core::{camera::Region, depth::PlaneError};
 use planisphere_image::Paint;
 
 /// Pixels of a band of rows. The bytes of files depend on it, and on nothing else here.
