@@ -1,27 +1,17 @@
 //! Pictures of spheres in which every pixel is exactly right, on every device.
 //!
-//! The way of a frame, top to bottom; each layer knows only those below it:
+//! This is the face of a workspace; `docs/architecture.md` has the map. It passes on:
 //!
-//! * [`cli`], `view` (the window), [`mod@bench`]: what a person runs.
-//! * [`render`]: a device draws a scene, the one entry for every caller. [`part`] merges pictures
-//!   drawn in several places.
-//! * [`cpu`] and [`gpu`]: two devices, one answer. The GPU executes what [`plan`] lays out, with
-//!   variants of the shader from [`shader`].
-//! * [`order`], [`cover`]: what can be skipped: groups of neighbours as a whole, and what large
-//!   spheres hide.
-//! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and the
-//!   other decides what is left over. [`pair`]: the order of two spheres that all but coincide.
-//! * [`bins`], [`project`], [`filter`], [`simd`], [`pool`]: spheres into view space, tile lists,
-//!   and one ray against one sphere, in f64 with bounds that are derived next to them; all lanes,
-//!   all cores.
-//! * [`exact`]: what the filters leave in doubt, decided without rounding.
-//! * [`scene`], [`camera`], [`frame`], [`fov`]: plain data: what is drawn, from where, into which
-//!   planes. [`framing`]: what a camera leaves out. [`unseen`]: why a picture is empty. [`memory`]:
-//!   how much is left.
+//! * [`render`]: a device draws a scene, the one entry for every caller.
+//! * [`scene`], [`camera`], [`drawing`]: what is drawn, from where, and what comes of it.
+//!   [`framing`]: what a camera leaves out. [`unseen`]: why a picture is empty.
+//! * [`depth`]: distances of ids. [`image`]: their colours. [`part`]: pictures in parts, and
+//!   merging.
+//! * the rest of `planisphere-core`, for tests and for those who draw in other ways.
 //!
-//! [`load`], [`make`] and [`output`] read and write files; nothing else does. [`identity`] tells
-//! whether two names are one file, [`litter`] what must not be left behind, [`text`] what is shown
-//! of names and values.
+//! With the feature `cli` (the program) there are also `load`, `make`, `npy`, `png` and `output`,
+//! which read and write files, with `gpu` the GPU device, and with `window` the window as `view`.
+//! Without default features the library draws on the CPU, and no clap, wgpu or winit is built.
 //!
 //! ```
 //! use glam::DVec3;
@@ -45,8 +35,8 @@ pub mod cli;
 mod explain;
 
 pub use planisphere_core::{
-    axes, bins, camera, cover, cpu, depth, drawing, exact, filter, fov, framing, ids, order, pair,
-    part, pool, project, projected, scene, simd, text, tile, unseen,
+    axes, bins, camera, cover, cpu, depth, drawing, exact, filter, fov, framing, host, ids, order,
+    pair, part, pool, project, projected, scene, simd, text, tile, unseen,
 };
 #[cfg(feature = "gpu")]
 pub use planisphere_gpu as gpu;

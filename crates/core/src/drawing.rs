@@ -12,7 +12,7 @@ use crate::{
 
 /// Ends drawings from outside: from another thread, or from what a person presses.
 ///
-/// Clones are the same. A device that was given one ([`Device::cancel_on`]) looks at it between
+/// Clones are the same. A device that was given one (`cancel_on`) looks at it between
 /// tiles and between decisions, and `draw` then ends soon, with [`DrawError::Cancelled`].
 #[derive(Clone, Debug, Default)]
 pub struct Cancel(Arc<AtomicBool>);

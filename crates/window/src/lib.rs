@@ -1,9 +1,9 @@
 //! The window: a scene that is looked at from all sides.
 //!
 //! Only this module names winit and softbuffer. Pictures come from the same [`Device::draw`] and
-//! [`crate::frame`] as files, and are put into the window as they are: every device shows through
-//! the same code, no driver is needed, and a screenshot is the file that `render` would write.
-//! Nothing here prints: what is to be said goes to the caller's functions.
+//! `planisphere_io::png` as files, and are put into the window as they are: every device shows
+//! through the same code, no driver is needed, and a screenshot is the file that `render` would
+//! write. Nothing here prints: what is to be said goes to the caller's functions.
 //!
 //! Drawing, presenting and events have a thread each, so that input never waits for a picture. A
 //! server that goes away, and a windowing crate that panics about it, end as a [`ViewError`].

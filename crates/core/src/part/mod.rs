@@ -6,7 +6,7 @@
 //! overlap, the order is decided from these numbers by [`crate::exact::decide`], as in a picture
 //! that was drawn at once; so merging loses nothing, in any order.
 //!
-//! * [`mod@write`]: parts as `.npz` files; the layout is described there. `load` reads them.
+//! * `planisphere_io::part` writes and reads parts as `.npz` files; it describes the layout.
 //! * [`merge`]: parts that fit together become planes of the whole.
 //!
 //! This module knows no devices and no files.

@@ -2,8 +2,8 @@
 //! image size.
 //!
 //! Nothing is clamped, dropped or guessed: what has no picture is refused with the file, line,
-//! column and the fix. Only this module reads files, parts of pictures ([`part()`]) included; the
-//! command line and the window are its callers.
+//! column and the fix. Only this module and [`crate::part`] read files; the command line and the
+//! window are their callers.
 
 use std::{
     panic::{self, AssertUnwindSafe},
