@@ -655,6 +655,39 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, ImageSize, ScreenSize};
 
+    /// A camera that all but touches a sphere: `7 - sqrt(49 - h^2)` is `h^2 / 14 (1 + h^2 / 196)` but
+    /// for less than its last bit, and hundreds of bits cancel in it. 7 divides nothing of the view:
+    /// no number of the way is a short one.
+    #[test]
+    fn distances_of_which_nearly_all_cancels() {
+        let image = ImageSize { width: 33, height: 33 };
+        for power in 20..400 {
+            let h = 0.5f64.powi(power);
+            let want = h * h / 14.0 * (1.0 + h * h / 196.0);
+            let ball = Ball { center: DVec3::new(7.0, h, 0.0), radius: 7.0 };
+            for projection in [Projection::Orthographic, Projection::Perspective] {
+                let camera = Camera::orthographic(DVec3::ZERO, DVec3::X);
+                let size = ScreenSize::Width(1.0);
+                let view = View::new(Camera { projection, size, ..camera }, image);
+                let [min_center, max_center] = [ball.center; 2];
+                let bounds = Bounds { min_center, max_center, min_radius: 7.0, max_radius: 7.0 };
+                let truth = Truth::new(&view, bounds);
+                let pixel = truth.pixel(16, 16);
+                let hit = pixel.hit(ball, &mut Tally::default()).expect("it is before the camera");
+                let product = match projection {
+                    Projection::Perspective => pixel.distance_by_product(&hit),
+                    Projection::Orthographic => None,
+                };
+                let integers = pixel.distance_by_integers(&hit);
+                for found in product.into_iter().chain([integers, pixel.measure(&hit)]) {
+                    let off = (found.to_f64() - want).abs();
+                    assert!(off <= DISTANCE_ERROR * want, "{off:e} of {want:e}, {projection:?}");
+                }
+                assert_eq!(product.is_some(), projection == Projection::Perspective);
+            }
+        }
+    }
+
     /// Orders of a lattice's spheres against integers of any size, for axes of every kind; ties by
     /// symmetry need none.
     #[test]
