@@ -3,6 +3,8 @@
 //! Plain parts are joined in a fixed order; nothing is preprocessed. This crate
 //! knows no device.
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 use std::{fmt::Write, ops::Range};
 
 use planisphere_core::camera::Projection;

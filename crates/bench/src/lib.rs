@@ -5,6 +5,8 @@
 //! the figures into tables; the command line prints them. The inexact kernels that pictures are
 //! compared with live here and nowhere else.
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 pub mod accuracy;
 pub mod methods;
 pub mod modes;

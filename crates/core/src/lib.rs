@@ -19,6 +19,8 @@
 //!   from where, what comes of it. [`text`]: how names and values from
 //!   outside are shown. [`host`]: the clock and the memory that others hand in.
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 pub mod axes;
 pub mod bins;
 pub mod camera;

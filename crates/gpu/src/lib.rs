@@ -8,6 +8,8 @@
 //! * `decide`: what the filter leaves over.
 //! * [`naive`]: a baseline for `bench`.
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 pub mod adapters;
 mod decide;
 mod execute;

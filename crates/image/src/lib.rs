@@ -3,6 +3,8 @@
 //! Everything follows from the ids and the scene, the same on every machine. This crate is pure: it
 //! knows no device and no file.
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 use std::ops::Range;
 
 use rayon::prelude::*;

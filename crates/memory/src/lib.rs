@@ -1,6 +1,8 @@
 //! How much memory is left: in the machine, in the control groups that the process runs in, and
 //! under its own limits.
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 /// Bytes that this process can still have without the system having to swap, or to end it; unknown
 /// on other systems than Linux. The least of what each of these leaves:
 ///

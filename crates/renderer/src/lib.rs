@@ -3,6 +3,8 @@
 //! [`Device`] is the one entry for every caller. This crate is the only one that knows both
 //! devices: a GPU says what it leaves, and [`Hybrid`] has the CPU draw it.
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 #[cfg(feature = "gpu")]
 mod hybrid;
 

@@ -8,6 +8,8 @@
 //! Drawing, presenting and events have a thread each, so that input never waits for a picture. A
 //! server that goes away, and a windowing crate that panics about it, end as a [`ViewError`].
 
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod app;
 mod draw;
 mod guard;

@@ -655,9 +655,9 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, ImageSize, ScreenSize};
 
-    /// A camera that all but touches a sphere: `7 - sqrt(49 - h^2)` is `h^2 / 14 (1 + h^2 / 196)` but
-    /// for less than its last bit, and hundreds of bits cancel in it. 7 divides nothing of the view:
-    /// no number of the way is a short one.
+    /// A camera that all but touches a sphere: `7 - sqrt(49 - h^2)` is `h^2 / 14 (1 + h^2 / 196)`
+    /// but for less than its last bit, and hundreds of bits cancel in it. 7 divides nothing of the
+    /// view: no number of the way is a short one.
     #[test]
     fn distances_of_which_nearly_all_cancels() {
         let image = ImageSize { width: 33, height: 33 };
