@@ -274,137 +274,20 @@ impl Array {
 
     /// Rows of three.
     fn triples(&self, grid: &Grid, key: Key, count: Option<usize>) -> Result<Cells, Refused> {
-        let (wanted, row, one) = match key {
-            Key::Colors => ("row of red, green and blue", "colour", "color = [217, 79, 61]"),
-            _ => ("row of three coordinates", "centre", "[[sphere]]"),
-        };
-        let needed = match (key, count) {
-            (Key::Colors, Some(count)) => {
-                format!("({count}, 3), one row for each row of `centers`")
-            }
-            _ => "(N, 3)".into(),
-        };
-        let wrong = |fix: String| self.wrong_shape(&needed, fix);
-        let fits = |n: usize| count.is_none_or(|count| count == n);
-        let code = &grid.code;
+        let rows = Triples { array: self, grid, key, count };
         let number = match &grid.columns {
             Columns::Axis(number) => *number,
-            Columns::Fields(columns) => {
-                let spheres = grid.axes.iter().map(|axis| axis.0).product();
-                if !fits(spheres) {
-                    return Err(wrong(format!("write one {wanted} for each sphere")));
-                }
-                let code = if grid.axes.len() == 1 {
-                    code.clone()
-                } else {
-                    format!("{code}.reshape(-1, {})", columns.len())
-                };
-                return Ok(Cells {
-                    code,
-                    rows: grid.axes.clone(),
-                    columns: columns.clone(),
-                    start: 0,
-                    as_is: false,
-                });
-            }
+            Columns::Fields(columns) => return rows.of_fields(columns),
         };
-        let cells = |code: String, rows: &[Axis], across: Axis, as_is: bool| Cells {
-            code,
-            rows: rows.to_vec(),
-            columns: (0..across.0).map(|k| (k * across.1, number)).collect(),
-            start: grid.start,
-            as_is: as_is && !grid.forced,
-        };
-        let long: Vec<Axis> = grid.axes.iter().copied().filter(|axis| axis.0 != 1).collect();
-
-        // A table.
-        if let &[down, across] = grid.axes.as_slice() {
-            let by_rows = across.0 == 3;
-            // Centres that are right say themselves how many there are.
-            if by_rows && (key == Key::Centers || fits(down.0)) {
-                return Ok(cells(code.clone(), &[down], across, true));
-            }
-            let four = across.0 == 4 && fits(down.0);
-            let turned = down.0 == 3 && !by_rows && fits(across.0);
-            let turned_four =
-                down.0 == 4 && key == Key::Colors && !by_rows && !four && fits(across.0);
-            if turned && count.is_none() && across.0 <= 8 {
-                return Err(wrong(format!(
-                    "write one {wanted} for each sphere: of this array, array.T where every \
-                     column is a sphere, or some of its columns where every row is one"
-                )));
-            }
-            if turned {
-                return Ok(cells(format!("{code}.T"), &[across], down, false));
-            }
-            if four && key == Key::Centers {
-                return Err(wrong(
-                    "write x, y and z alone: of this array, `array[:, :3]` where the last column \
-                     is something else, which goes into an array of its own (radii: `array[:, \
-                     3]`)"
-                        .into(),
-                ));
-            }
-            if four {
-                return Ok(cells(format!("{code}[:, :3]"), &[down], across, false));
-            }
-            if turned_four {
-                return Ok(cells(format!("{code}.T[:, :3]"), &[across], down, false));
-            }
-            if by_rows {
-                return Err(wrong(format!(
-                    "write one {wanted} for each sphere, no more and no fewer"
-                )));
-            }
-        }
-        // An axis of one number has no order to lose.
-        if let &[down, across] = long.as_slice()
-            && across.0 == 3
-            && fits(down.0)
+        // Where several forms could be meant, the first that fits.
+        for form in [Triples::of_table, Triples::of_long_axes, Triples::of_line, Triples::of_tables]
         {
-            return Ok(cells(format!("{code}.reshape(-1, 3)"), &[down], across, true));
-        }
-        if let (&[across], Some(last)) = (long.as_slice(), grid.axes.last())
-            && last.0 == 3
-            && fits(1)
-        {
-            return Ok(cells(format!("{code}.reshape(1, 3)"), &[], across, false));
-        }
-        if let &[n] = grid.axes.as_slice() {
-            if n.0 == 0 && fits(0) {
-                return Ok(cells(format!("{code}.reshape(0, 3)"), &[n], (3, 0), false));
-            }
-            if n.0 == 3 && key == Key::Colors {
-                return Err(wrong(format!(
-                    "write one {wanted} for each sphere, or `{one}` in place of `colors`"
-                )));
-            }
-            if n.0.is_multiple_of(3) && fits(n.0 / 3) {
-                return Err(wrong(format!(
-                    "write one {wanted} for each sphere: of this array, `array.reshape(-1, 3)` \
-                     where the numbers of a {row} lie together, or `array.reshape(3, -1).T` where \
-                     they do not"
-                )));
+            if let Some(cells) = form(&rows, number)? {
+                return Ok(cells);
             }
         }
-        if let &[planes, down, across] = grid.axes.as_slice()
-            && (across.0 == 3 || across.0 == 4 && key == Key::Colors)
-        {
-            let rows = planes.0.checked_mul(down.0);
-            if rows.is_some() && rows == count {
-                let alpha = if across.0 == 4 { "[:, :3]" } else { "" };
-                let code = format!("{code}.reshape(-1, {}){alpha}", across.0);
-                return Ok(cells(code, &[planes, down], across, false));
-            }
-            if across.0 == 3 && count.is_none() {
-                return Err(wrong(format!(
-                    "write one {wanted} for each sphere: of this array, one of its {} tables \
-                     (`array[0]` is the first), or all of them, `array.reshape(-1, 3)`",
-                    planes.0
-                )));
-            }
-        }
-        Err(wrong(match key {
+        let wanted = rows.wanted();
+        Err(rows.wrong(match key {
             Key::Colors => format!("write one {wanted} for each sphere, or use `color` for all"),
             _ => format!("write one {wanted} for each sphere"),
         }))
@@ -510,6 +393,39 @@ impl Array {
 
     /// Bytes of colours.
     fn channels(&self, cells: &Cells) -> Result<Taken<Column<u8>>, Refused> {
+        self.channel_types(cells)?;
+        // The alpha of four, which must say nothing.
+        let (rgb, alpha) = cells.split_at(3);
+        let brightest = self.brightest(cells, &rgb)?;
+        if let Some(alpha) = alpha {
+            self.opaque(cells, &alpha, brightest)?;
+        }
+        if brightest == Brightest::One {
+            let words = format!(
+                "holds numbers from 0 to 1 of type {}, but {}",
+                cells.type_names(),
+                Key::Colors.types()
+            );
+            let code = format!("(255 * {} + 0.5).astype('u1')", cells.code);
+            return Err(Refused::new(words, format!("with 1 as the brightest: {}", save(&code))));
+        }
+        if !cells.as_is {
+            return Err(self.wrong_form(cells, Key::Colors));
+        }
+        let in_place = cells.are_bytes().then(|| cells.run()).flatten();
+        if let Some(run) = in_place
+            && let Some(numbers) =
+                Column::in_bytes(&self.bytes, self.offset + run.start, 3 * cells.count())
+        {
+            return Ok(self.uncopied(numbers));
+        }
+        let number = cells.columns[0].1;
+        let why = self.why(cells, false);
+        self.copy(cells, why, "u1", |bytes| number.read(bytes).0 as u8)
+    }
+
+    /// Refuses types that cannot be channels of colours, whatever their numbers.
+    fn channel_types(&self, cells: &Cells) -> Result<(), Refused> {
         let wrong_type = |fix: &str| {
             let words = format!(
                 "holds numbers of type {}, but {}",
@@ -530,19 +446,22 @@ impl Array {
         if kinds().any(|kind| kind == Kind::LongDouble) {
             self.known_long_doubles(cells, Key::Colors)?;
         }
-        // The alpha of four, which must say nothing.
-        let (rgb, alpha) = cells.split_at(3);
-        let integers = kinds().all(|kind| matches!(kind, Kind::Int | Kind::Uint));
-        let bytes =
-            cells.columns.iter().all(|column| column.1.kind == Kind::Uint && column.1.size == 1);
+        Ok(())
+    }
+
+    /// Which number is the brightest, by the numbers of red, green and blue; refuses those that are
+    /// no channels.
+    fn brightest(&self, cells: &Cells, rgb: &Cells) -> Result<Brightest, Refused> {
+        let integers =
+            cells.columns.iter().all(|column| matches!(column.1.kind, Kind::Int | Kind::Uint));
         let refused = |place: &Place, why: &str, fix: &str| {
             Refused::new(
                 format!("{} is {}, {why}", cells.name(place.row, place.column), place.shown),
                 fix,
             )
         };
-        if !bytes
-            && let Some(place) = self.first(&rgb, |(value, _)| !(0.0..=255.0).contains(&value))
+        if !cells.are_bytes()
+            && let Some(place) = self.first(rgb, |(value, _)| !(0.0..=255.0).contains(&value))
         {
             let fix = match integers {
                 true => "write integers from 0 to 255",
@@ -553,12 +472,14 @@ impl Array {
             };
             return Err(refused(&place, "not a channel of a colour", fix));
         }
+        if integers {
+            return Ok(Brightest::Full);
+        }
         // Between 0 and 1, 1 is the brightest.
-        let unit = !integers && self.first(&rgb, |(value, _)| value > 1.0).is_none();
-        if !integers
-            && !unit
-            && let Some(place) = self.first(&rgb, |(value, exact)| value.fract() != 0.0 || !exact)
-        {
+        if self.first(rgb, |(value, _)| value > 1.0).is_none() {
+            return Ok(Brightest::One);
+        }
+        if let Some(place) = self.first(rgb, |(value, exact)| value.fract() != 0.0 || !exact) {
             let fix = "write integers from 0 to 255: how numbers between two of them are to be \
                        rounded is not decided here";
             return Err(refused(
@@ -567,42 +488,24 @@ impl Array {
                 fix,
             ));
         }
-        if let Some(alpha) = alpha {
-            let opaque = if unit { 1.0 } else { 255.0 };
-            if let Some(place) = self.first(&alpha, |(value, _)| value != opaque) {
-                return Err(self.wrong_shape(
-                    &format!("({}, 3), one row for each row of `centers`", cells.count()),
-                    format!(
-                        "write red, green and blue alone; there is no transparency to draw (alpha \
-                         of sphere {} is {}, and {opaque} would be opaque): `{}` is the colours \
-                         without it",
-                        place.row, place.shown, cells.code
-                    ),
-                ));
-            }
-        }
-        if unit {
-            let words = format!(
-                "holds numbers from 0 to 1 of type {}, but {}",
-                cells.type_names(),
-                Key::Colors.types()
-            );
-            let code = format!("(255 * {} + 0.5).astype('u1')", cells.code);
-            return Err(Refused::new(words, format!("with 1 as the brightest: {}", save(&code))));
-        }
-        if !cells.as_is {
-            return Err(self.wrong_form(cells, Key::Colors));
-        }
-        let in_place = bytes.then(|| cells.run()).flatten();
-        if let Some(run) = in_place
-            && let Some(numbers) =
-                Column::in_bytes(&self.bytes, self.offset + run.start, 3 * cells.count())
-        {
-            return Ok(self.uncopied(numbers));
-        }
-        let number = cells.columns[0].1;
-        let why = self.why(cells, false);
-        self.copy(cells, why, "u1", |bytes| number.read(bytes).0 as u8)
+        Ok(Brightest::Full)
+    }
+
+    /// Refuses an alpha that is not opaque everywhere.
+    fn opaque(&self, cells: &Cells, alpha: &Cells, brightest: Brightest) -> Result<(), Refused> {
+        let opaque = match brightest {
+            Brightest::One => 1.0,
+            Brightest::Full => 255.0,
+        };
+        let Some(place) = self.first(alpha, |(value, _)| value != opaque) else { return Ok(()) };
+        Err(self.wrong_shape(
+            &format!("({}, 3), one row for each row of `centers`", cells.count()),
+            format!(
+                "write red, green and blue alone; there is no transparency to draw (alpha of \
+                 sphere {} is {}, and {opaque} would be opaque): `{}` is the colours without it",
+                place.row, place.shown, cells.code
+            ),
+        ))
     }
 
     /// The numbers are right, and lie otherwise.
@@ -796,6 +699,200 @@ struct Cells {
     as_is: bool,
 }
 
+/// Which number stands for the brightest of a channel.
+#[derive(Clone, Copy, PartialEq)]
+enum Brightest {
+    /// 1
+    One,
+    /// 255
+    Full,
+}
+
+/// An array in which rows of three are looked for.
+struct Triples<'a> {
+    array: &'a Array,
+    grid: &'a Grid,
+    key: Key,
+    /// How many there should be, where that is known.
+    count: Option<usize>,
+}
+
+impl Triples<'_> {
+    /// A row in words.
+    fn wanted(&self) -> &'static str {
+        match self.key {
+            Key::Colors => "row of red, green and blue",
+            _ => "row of three coordinates",
+        }
+    }
+
+    /// Whether there may be so many rows.
+    fn fits(&self, n: usize) -> bool {
+        self.count.is_none_or(|count| count == n)
+    }
+
+    /// Refuses the shape.
+    fn wrong(&self, fix: String) -> Refused {
+        let needed = match (self.key, self.count) {
+            (Key::Colors, Some(count)) => {
+                format!("({count}, 3), one row for each row of `centers`")
+            }
+            _ => "(N, 3)".into(),
+        };
+        self.array.wrong_shape(&needed, fix)
+    }
+
+    /// The axes of more than one number: one of one number has no order to lose.
+    fn long(&self) -> Vec<Axis> {
+        self.grid.axes.iter().copied().filter(|axis| axis.0 != 1).collect()
+    }
+
+    /// Rows along some axes, the numbers of each along another; not the array as it is.
+    fn cells(&self, code: String, rows: &[Axis], across: Axis, number: Number) -> Cells {
+        Cells {
+            code,
+            rows: rows.to_vec(),
+            columns: (0..across.0).map(|k| (k * across.1, number)).collect(),
+            start: self.grid.start,
+            as_is: false,
+        }
+    }
+
+    /// The array as it is, unless that is not the array itself.
+    fn as_is(&self, code: String, rows: &[Axis], across: Axis, number: Number) -> Cells {
+        Cells { as_is: !self.grid.forced, ..self.cells(code, rows, across, number) }
+    }
+
+    /// Rows whose numbers are fields of a record.
+    fn of_fields(&self, columns: &[(usize, Number)]) -> Result<Cells, Refused> {
+        let Grid { code, axes, .. } = self.grid;
+        let spheres = axes.iter().map(|axis| axis.0).product();
+        if !self.fits(spheres) {
+            return Err(self.wrong(format!("write one {} for each sphere", self.wanted())));
+        }
+        let code = if axes.len() == 1 {
+            code.clone()
+        } else {
+            format!("{code}.reshape(-1, {})", columns.len())
+        };
+        Ok(Cells { code, rows: axes.clone(), columns: columns.to_vec(), start: 0, as_is: false })
+    }
+
+    /// Rows or columns of a table.
+    fn of_table(&self, number: Number) -> Result<Option<Cells>, Refused> {
+        let &[down, across] = self.grid.axes.as_slice() else { return Ok(None) };
+        let (code, key, wanted) = (&self.grid.code, self.key, self.wanted());
+        let by_rows = across.0 == 3;
+        // Centres that are right say themselves how many there are.
+        if by_rows && (key == Key::Centers || self.fits(down.0)) {
+            return Ok(Some(self.as_is(code.clone(), &[down], across, number)));
+        }
+        let four = across.0 == 4 && self.fits(down.0);
+        let turned = down.0 == 3 && !by_rows && self.fits(across.0);
+        let turned_four =
+            down.0 == 4 && key == Key::Colors && !by_rows && !four && self.fits(across.0);
+        if turned && self.count.is_none() && across.0 <= 8 {
+            return Err(self.wrong(format!(
+                "write one {wanted} for each sphere: of this array, array.T where every column is \
+                 a sphere, or some of its columns where every row is one"
+            )));
+        }
+        if turned {
+            return Ok(Some(self.cells(format!("{code}.T"), &[across], down, number)));
+        }
+        if four && key == Key::Centers {
+            return Err(self.wrong(
+                "write x, y and z alone: of this array, `array[:, :3]` where the last column is \
+                 something else, which goes into an array of its own (radii: `array[:, 3]`)"
+                    .into(),
+            ));
+        }
+        if four {
+            let code = format!("{code}[:, :3]");
+            return Ok(Some(self.cells(code, &[down], across, number)));
+        }
+        if turned_four {
+            let code = format!("{code}.T[:, :3]");
+            return Ok(Some(self.cells(code, &[across], down, number)));
+        }
+        if by_rows {
+            return Err(
+                self.wrong(format!("write one {wanted} for each sphere, no more and no fewer"))
+            );
+        }
+        Ok(None)
+    }
+
+    /// Rows of what is a table, or one row, but for axes of one number.
+    fn of_long_axes(&self, number: Number) -> Result<Option<Cells>, Refused> {
+        let (code, long) = (&self.grid.code, self.long());
+        if let &[down, across] = long.as_slice()
+            && across.0 == 3
+            && self.fits(down.0)
+        {
+            let code = format!("{code}.reshape(-1, 3)");
+            return Ok(Some(self.as_is(code, &[down], across, number)));
+        }
+        if let (&[across], Some(last)) = (long.as_slice(), self.grid.axes.last())
+            && last.0 == 3
+            && self.fits(1)
+        {
+            let code = format!("{code}.reshape(1, 3)");
+            return Ok(Some(self.cells(code, &[], across, number)));
+        }
+        Ok(None)
+    }
+
+    /// A line without numbers, which is no rows; refuses one that would have to be cut into rows.
+    fn of_line(&self, number: Number) -> Result<Option<Cells>, Refused> {
+        let &[n] = self.grid.axes.as_slice() else { return Ok(None) };
+        let wanted = self.wanted();
+        if n.0 == 0 && self.fits(0) {
+            let code = format!("{}.reshape(0, 3)", self.grid.code);
+            return Ok(Some(self.cells(code, &[n], (3, 0), number)));
+        }
+        if n.0 == 3 && self.key == Key::Colors {
+            return Err(self.wrong(format!(
+                "write one {wanted} for each sphere, or `color = [217, 79, 61]` in place of \
+                 `colors`"
+            )));
+        }
+        if n.0.is_multiple_of(3) && self.fits(n.0 / 3) {
+            let row = if self.key == Key::Colors { "colour" } else { "centre" };
+            return Err(self.wrong(format!(
+                "write one {wanted} for each sphere: of this array, `array.reshape(-1, 3)` where \
+                 the numbers of a {row} lie together, or `array.reshape(3, -1).T` where they do \
+                 not"
+            )));
+        }
+        Ok(None)
+    }
+
+    /// Rows of several tables.
+    fn of_tables(&self, number: Number) -> Result<Option<Cells>, Refused> {
+        let &[planes, down, across] = self.grid.axes.as_slice() else { return Ok(None) };
+        let colors = self.key == Key::Colors;
+        if across.0 != 3 && !(across.0 == 4 && colors) {
+            return Ok(None);
+        }
+        let rows = planes.0.checked_mul(down.0);
+        if rows.is_some() && rows == self.count {
+            let alpha = if across.0 == 4 { "[:, :3]" } else { "" };
+            let code = format!("{}.reshape(-1, {}){alpha}", self.grid.code, across.0);
+            return Ok(Some(self.cells(code, &[planes, down], across, number)));
+        }
+        if across.0 == 3 && self.count.is_none() {
+            return Err(self.wrong(format!(
+                "write one {} for each sphere: of this array, one of its {} tables (`array[0]` is \
+                 the first), or all of them, `array.reshape(-1, 3)`",
+                self.wanted(),
+                planes.0
+            )));
+        }
+        Ok(None)
+    }
+}
+
 /// A number that is spoken of.
 struct Place {
     row: usize,
@@ -847,6 +944,11 @@ impl Cells {
         };
         let rest = &self.columns[columns..];
         (some(&self.columns[..columns]), (!rest.is_empty()).then(|| some(rest)))
+    }
+
+    /// Whether each number is a byte, from 0 to 255.
+    fn are_bytes(&self) -> bool {
+        self.columns.iter().all(|column| column.1.kind == Kind::Uint && column.1.size == 1)
     }
 
     /// The types of the columns.
@@ -933,65 +1035,66 @@ fn quoted(name: &str) -> String {
 
 /// The fields of records that a key can mean, by their names.
 fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refused> {
-    let mut at = 0usize;
-    let mut numbers: Vec<(&Field, usize, Number)> = Vec::new();
-    for field in fields {
-        if let Descr::One(code) = &field.descr
-            && let Ok(number) = Number::of(code)
-        {
-            numbers.push((field, at, number));
-        }
-        at += field.size().unwrap_or(0);
+    let numbers = NumberFields::of(fields);
+    let Names { triples, wholes } = key.names();
+    if let Some(grid) = triples.iter().find_map(|names| numbers.side_by_side(names, &axes)) {
+        return Ok(grid);
     }
-    // Each name must be there once, in one way of writing it.
-    let named = |name: &str| {
-        let mut found = numbers.iter().filter(|(field, ..)| field.name.eq_ignore_ascii_case(name));
-        found.next().filter(|_| found.next().is_none())
-    };
-    let (triples, wholes): (&[[&str; 3]], &[&str]) = match key {
-        Key::Centers => (
-            &[["x", "y", "z"]],
-            &[
-                "center",
-                "centre",
-                "centers",
-                "centres",
-                "position",
-                "positions",
-                "pos",
-                "xyz",
-                "coordinates",
-            ],
-        ),
-        Key::Radii => (&[], &["radius", "radii", "r"]),
-        Key::Colors => (
-            &[["r", "g", "b"], ["red", "green", "blue"]],
-            &["color", "colour", "colors", "colours", "rgb", "rgba"],
-        ),
-    };
-    for names in triples {
-        let found: Vec<_> = names.iter().filter_map(|name| named(name)).collect();
-        if let [a, b, c] = found[..]
-            && found.iter().all(|(field, ..)| field.shape.is_empty())
-        {
-            let codes = [a, b, c].map(|(field, ..)| quoted(&field.name)).join(", ");
-            let columns = [a, b, c].iter().map(|&&(_, at, number)| (at, number)).collect();
-            let code = format!("numpy.stack([{codes}], axis=-1)");
-            return Ok(Grid {
-                code,
-                axes,
-                columns: Columns::Fields(columns),
-                start: 0,
-                forced: true,
-            });
+    let red = key == Key::Radii && numbers.named("g").is_some() && numbers.named("b").is_some();
+    let field =
+        wholes.iter().filter(|name| !(red && **name == "r")).find_map(|name| numbers.named(name));
+    field.map(|field| field.grid(axes)).ok_or_else(|| no_field(key, fields))
+}
+
+/// Names of fields that hold what is meant by a key.
+struct Names {
+    /// Of three fields that are one number each.
+    triples: &'static [[&'static str; 3]],
+    /// Of one field that holds all.
+    wholes: &'static [&'static str],
+}
+
+impl Key {
+    /// Names that a field may have.
+    fn names(self) -> Names {
+        match self {
+            Self::Centers => Names {
+                triples: &[["x", "y", "z"]],
+                wholes: &[
+                    "center",
+                    "centre",
+                    "centers",
+                    "centres",
+                    "position",
+                    "positions",
+                    "pos",
+                    "xyz",
+                    "coordinates",
+                ],
+            },
+            Self::Radii => Names { triples: &[], wholes: &["radius", "radii", "r"] },
+            Self::Colors => Names {
+                triples: &[["r", "g", "b"], ["red", "green", "blue"]],
+                wholes: &["color", "colour", "colors", "colours", "rgb", "rgba"],
+            },
         }
     }
-    let red = key == Key::Radii && named("g").is_some() && named("b").is_some();
-    for name in wholes.iter().filter(|name| !(red && **name == "r")) {
-        let Some(&(field, start, number)) = named(name) else { continue };
-        let mut all = axes.clone();
-        let mut stride = number.size;
-        let inner: Vec<Axis> = field
+}
+
+/// A field of numbers: where it lies in its record, and their type.
+#[derive(Clone, Copy)]
+struct NumberField<'a> {
+    field: &'a Field,
+    at: usize,
+    number: Number,
+}
+
+impl NumberField<'_> {
+    /// The field of all records, with the axes that it has itself behind theirs.
+    fn grid(self, mut axes: Vec<Axis>) -> Grid {
+        let mut stride = self.number.size;
+        let inner: Vec<Axis> = self
+            .field
             .shape
             .iter()
             .rev()
@@ -1001,37 +1104,77 @@ fn fields_for(key: Key, fields: &[Field], axes: Vec<Axis>) -> Result<Grid, Refus
                 axis
             })
             .collect();
-        all.extend(inner.into_iter().rev());
-        return Ok(Grid {
-            code: quoted(&field.name),
-            axes: all,
-            columns: Columns::Axis(number),
-            start,
+        axes.extend(inner.into_iter().rev());
+        Grid {
+            code: quoted(&self.field.name),
+            axes,
+            columns: Columns::Axis(self.number),
+            start: self.at,
             forced: true,
-        });
+        }
     }
+}
+
+/// The fields of a record that hold numbers.
+struct NumberFields<'a>(Vec<NumberField<'a>>);
+
+impl<'a> NumberFields<'a> {
+    /// Those of all the fields.
+    fn of(fields: &'a [Field]) -> Self {
+        let mut at = 0usize;
+        let mut numbers = Vec::new();
+        for field in fields {
+            if let Descr::One(code) = &field.descr
+                && let Ok(number) = Number::of(code)
+            {
+                numbers.push(NumberField { field, at, number });
+            }
+            at += field.size().unwrap_or(0);
+        }
+        Self(numbers)
+    }
+
+    /// The field of a name, which must be there once, in one way of writing it.
+    fn named(&self, name: &str) -> Option<NumberField<'a>> {
+        let mut found = self.0.iter().filter(|number| number.field.name.eq_ignore_ascii_case(name));
+        found.next().filter(|_| found.next().is_none()).copied()
+    }
+
+    /// Three fields of one number each, put side by side.
+    fn side_by_side(&self, names: &[&str; 3], axes: &[Axis]) -> Option<Grid> {
+        let found: Vec<_> = names.iter().filter_map(|name| self.named(name)).collect();
+        let &[a, b, c] = found.as_slice() else { return None };
+        if !found.iter().all(|number| number.field.shape.is_empty()) {
+            return None;
+        }
+        let codes = [a, b, c].map(|number| quoted(&number.field.name)).join(", ");
+        Some(Grid {
+            code: format!("numpy.stack([{codes}], axis=-1)"),
+            axes: axes.to_vec(),
+            columns: Columns::Fields([a, b, c].map(|n| (n.at, n.number)).to_vec()),
+            start: 0,
+            forced: true,
+        })
+    }
+}
+
+/// Refuses records of whose fields none has a name that is known.
+fn no_field(key: Key, fields: &[Field]) -> Refused {
     let names = fields
         .iter()
         .map(|field| field.name.escape_debug().to_string())
         .collect::<Vec<_>>()
         .join(", ");
-    let what = match key {
-        Key::Centers => "x, y and z",
-        Key::Radii => "the radius",
-        Key::Colors => "red, green and blue",
+    let (what, array) = match key {
+        Key::Centers => ("x, y and z", "centers"),
+        Key::Radii => ("the radius", "radii"),
+        Key::Colors => ("red, green and blue", "colors"),
     };
-    Err(Refused::new(
-        format!(
-            "holds records, and none of their fields is named for `{}`: {names}",
-            match key {
-                Key::Centers => "centers",
-                Key::Radii => "radii",
-                Key::Colors => "colors",
-            }
-        ),
+    Refused::new(
+        format!("holds records, and none of their fields is named for `{array}`: {names}"),
         format!(
             "save the fields that are {what} as an array of their own; `array['{}']` is one field",
             fields.first().map_or(String::new(), |f| f.name.escape_debug().to_string())
         ),
-    ))
+    )
 }
