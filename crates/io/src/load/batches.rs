@@ -265,6 +265,37 @@ impl Statement {
         self.first.len() >= kinds.len()
             && self.first.iter().zip(kinds).all(|(token, kind)| token.kind() == *kind)
     }
+
+    /// Takes a token that means something.
+    fn follow(&mut self, token: Token) {
+        use TokenKind::{
+            LeftCurlyBracket, LeftSquareBracket, RightCurlyBracket, RightSquareBracket,
+        };
+        if self.first.is_empty() {
+            self.span.start = token.span().start();
+        }
+        self.span.end = token.span().end();
+        if self.first.len() < 8 {
+            self.first.push(token);
+        }
+        if self.is_header() {
+            return;
+        }
+        match token.kind() {
+            LeftSquareBracket | LeftCurlyBracket => self.open += 1,
+            RightSquareBracket | RightCurlyBracket => self.open = self.open.saturating_sub(1),
+            _ => {}
+        }
+    }
+
+    /// Whether `sphere = [` has been read, and nothing behind it.
+    fn begins_list(&self, text: &str) -> bool {
+        let &[name, equals, bracket] = self.first.as_slice() else { return false };
+        self.open == 1
+            && key(text, name) == "sphere"
+            && equals.kind() == TokenKind::Equals
+            && bracket.kind() == TokenKind::LeftSquareBracket
+    }
 }
 
 /// A key's text without its quotes.
@@ -278,20 +309,8 @@ fn key(text: &str, token: Token) -> &str {
 /// # Errors
 /// What is beyond the limits, or given twice.
 pub(super) fn exact(text: &str) -> Result<Batches, Fault> {
-    use TokenKind::{
-        Comma, Comment, Eof, Equals, LeftCurlyBracket, LeftSquareBracket, Newline, Whitespace,
-    };
-    use TokenKind::{RightCurlyBracket, RightSquareBracket};
-    let mut cut = Cut {
-        text,
-        batches: Batches::default(),
-        within: Within::Other,
-        header: false,
-        keys: 0,
-        blocks: 0,
-        previous: 0,
-        list: None,
-    };
+    use TokenKind::{Comma, Comment, Eof, Newline, Whitespace};
+    let mut cut = Cut::new(text);
     let mut depth = Depth::default();
     let mut statement = Statement::default();
     // The item of a list of spheres that is being read, and the pieces of the list.
@@ -316,53 +335,36 @@ pub(super) fn exact(text: &str) -> Result<Batches, Fault> {
             continue;
         }
         depth.follow(token)?;
-        if statement.first.is_empty() {
-            statement.span = span.clone();
-        }
-        statement.span.end = span.end;
-        if statement.first.len() < 8 {
-            statement.first.push(token);
-        }
-        if !statement.is_header() {
-            match kind {
-                LeftSquareBracket | LeftCurlyBracket => statement.open += 1,
-                RightSquareBracket | RightCurlyBracket => {
-                    statement.open = statement.open.saturating_sub(1)
-                }
-                _ => {}
-            }
-        }
+        statement.follow(token);
         let begun = match &mut list {
             Some(list) => list.follow(kind, span.clone(), statement.open),
-            // sphere = [
-            None => {
-                let begins = statement.first.len() == 3 && statement.open == 1 && !cut.header;
-                if begins
-                    && kind == LeftSquareBracket
-                    && statement.first[1].kind() == Equals
-                    && key(text, statement.first[0]) == "sphere"
-                {
-                    cut.once(statement.first[0])?;
-                    list = Some(List::default());
-                    continue;
-                }
-                statement.span.start
+            None if !cut.header && statement.begins_list(text) => {
+                cut.once(statement.first[0])?;
+                list = Some(List::default());
+                continue;
             }
+            None => statement.span.start,
         };
         // Of a list, what it holds is measured.
         if span.end - begun > VALUE && kind != Comma {
             let what = if list.is_some() { "an item of `sphere` is" } else { "a value is" };
-            let end = text[begun..].find('\n').map_or(span.end, |at| begun + at);
-            return Err(Fault::new(
-                format!("{what} more than {VALUE} bytes long, and a scene needs no such value"),
-                begun..end,
-                "begins here",
-                "close the bracket or the quotes that are open, and write many spheres as \
-                 [[sphere]] tables or as arrays in [[spheres]]",
-            ));
+            return Err(too_long(text, what, begun..span.end));
         }
     }
     Ok(cut.batches)
+}
+
+/// The words for a value that is longer than any a scene needs; the line where it begins is shown.
+fn too_long(text: &str, what: &str, span: Range<usize>) -> Fault {
+    let begun = span.start;
+    let end = text[begun..].find('\n').map_or(span.end, |at| begun + at);
+    Fault::new(
+        format!("{what} more than {VALUE} bytes long, and a scene needs no such value"),
+        begun..end,
+        "begins here",
+        "close the bracket or the quotes that are open, and write many spheres as [[sphere]] \
+         tables or as arrays in [[spheres]]",
+    )
 }
 
 /// Refuses control characters in what is not given to a parser.
@@ -457,7 +459,21 @@ struct Cut<'t> {
     list: Option<Token>,
 }
 
-impl Cut<'_> {
+impl<'t> Cut<'t> {
+    /// At the beginning of a file.
+    fn new(text: &'t str) -> Self {
+        Self {
+            text,
+            batches: Batches::default(),
+            within: Within::Other,
+            header: false,
+            keys: 0,
+            blocks: 0,
+            previous: 0,
+            list: None,
+        }
+    }
+
     /// Notes that `sphere` is a list, which it is once, and not beside `[[sphere]]`.
     fn once(&mut self, key: Token) -> Result<(), Fault> {
         match self.list.replace(key) {
