@@ -1,7 +1,7 @@
 //! The planes of a picture on their way out: PNG, ids, depths and what merging needs, band by band
 //! where the picture is so large that not even its ids should lie in memory.
 
-use std::{sync::Arc, time::Instant};
+use std::{io::Write, sync::Arc, time::Instant};
 
 use super::{Failure, args::Outputs, progress::Progress};
 use planisphere_core::{
@@ -15,7 +15,7 @@ use planisphere_image::Paint;
 use planisphere_io::{
     npy,
     npy::Plane,
-    output::{OutputError, Staged, Target},
+    output::{Shared, Sink, Staged, Target},
     part::PartWriter,
     png,
     png::{PaletteError, PngRows},
@@ -38,6 +38,13 @@ pub(super) struct Picture<'a> {
     pub band: usize,
 }
 
+impl Picture<'_> {
+    /// What gives ids their colours.
+    fn paint(&self) -> Paint<'_> {
+        Paint { scene: self.scene, background: self.meta.background }
+    }
+}
+
 /// Indices of the spheres in the whole.
 pub(super) enum Indices<'a> {
     /// In the scene's order, from the first on; arrays of ids are of the scene itself, from 0.
@@ -55,6 +62,11 @@ impl Indices<'_> {
             Self::From { first } => first + place as u64,
             Self::Each(indices) => indices[place],
         }
+    }
+
+    /// Of an id of the scene; -1 is none.
+    fn of_id(&self, id: i32) -> i64 {
+        usize::try_from(id).map_or(-1, |place| self.of(place) as i64)
     }
 }
 
@@ -82,124 +94,271 @@ pub(super) fn write(
     spent: &mut Spent,
     mut draw: impl FnMut(Region) -> Result<Vec<i32>, Failure>,
 ) -> Result<Vec<Staged>, Failure> {
-    let Picture { meta, scene, truth, indices, band } = picture;
-    let region = meta.region;
-    let shape = [region.height as usize, region.width as usize];
     let open = |target: &Option<Target>| target.clone().map(Target::open).transpose();
-    let or = |target: &Option<Target>| {
-        let target = target.clone().unwrap_or(Target::Stdout);
-        move |error| -> OutputError { target.io(error) }
-    };
-
-    // Ids that the reader knows: the scene's own, or those of the whole, with as many bytes as
-    // these take.
-    let wide = match indices {
-        Indices::From { .. } => false,
-        Indices::Each(_) => meta.last().is_some_and(|last| last > i32::MAX as u64),
-    };
-    let mut ids_sink = open(&outputs.ids)?;
-    if let Some(sink) = &mut ids_sink {
-        let header = npy::header(if wide { "<i8" } else { "<i4" }, &shape);
-        std::io::Write::write_all(sink, &header).map_err(or(&outputs.ids))?;
-    }
-    let mut depth_sink = open(&outputs.depth)?;
-    if let Some(sink) = &mut depth_sink {
-        std::io::Write::write_all(sink, &npy::header("<f4", &shape)).map_err(or(&outputs.depth))?;
-    }
+    let ids = outputs.ids.as_ref().map(|target| Ids::begin(target, picture)).transpose()?;
+    let depths = outputs.depth.as_ref().map(|target| Depths::begin(target, picture)).transpose()?;
     let mut part_sink = open(&outputs.visibility)?;
-    let mut part = match &mut part_sink {
-        Some(sink) => Some((
-            PartWriter::new(sink, meta).map_err(or(&outputs.visibility))?,
-            Seen::new(scene.len()),
-        )),
-        None => None,
-    };
-    let paint = Paint { scene, background: meta.background };
+    let part = outputs.visibility.as_ref().zip(part_sink.as_mut());
+    let part = part.map(|(target, sink)| Part::begin(target, sink, picture)).transpose()?;
     let mut png_sink = open(&outputs.picture)?;
-    let mut rows = match &mut png_sink {
-        Some(sink) if !outputs.palette => {
-            Some(PngRows::new(sink, region, paint).map_err(or(&outputs.picture))?)
-        }
-        _ => None,
-    };
-    // A palette takes all colours before the first row.
-    let mut all = Arc::new(Plane(Vec::new()));
+    let png = outputs.picture.as_ref().zip(png_sink.as_mut());
+    let png = png.map(|(target, sink)| match outputs.palette {
+        true => Ok(Png::palette(target, sink)),
+        false => Png::rgb(target, sink, picture),
+    });
+    let mut planes = Planes { picture, depths, part, ids, png: png.transpose()? };
 
-    for band in bands(region, *band) {
-        let ids = draw(band)?;
-        if let Some(sink) = &mut depth_sink {
-            let _progress = Progress::step("working out depths");
-            let plane = timed(&mut spent.depth, || depth::depths(scene, truth, band, &ids))?;
-            timed(&mut spent.encode, || sink.give(Arc::new(Plane(plane))))
-                .map_err(or(&outputs.depth))?;
-        }
-        let _progress = Progress::step("encoding");
-        if let Some((part, seen)) = &mut part {
-            seen.mark(&ids);
-            // Bounds take four times the memory of ids: some rows at a time.
-            for some in bands(band, 1 << 20) {
-                let start = (some.y - band.y) as usize * band.width as usize;
-                let place = start..start + some.pixels();
-                let work = || depth::distance_bounds(scene, truth, some, &ids[place.clone()]);
-                let bounds = timed(&mut spent.depth, work)?;
-                let id = |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
-                let pixels =
-                    ids[place].iter().zip(bounds).map(|(&k, bounds)| Pixel { id: id(k), bounds });
-                timed(&mut spent.encode, || part.pixels(pixels))
-                    .map_err(or(&outputs.visibility))?;
-            }
-        }
-        timed(&mut spent.encode, || -> Result<(), Failure> {
-            let ids = Arc::new(Plane(ids));
-            if let Some(sink) = &mut ids_sink {
-                let index =
-                    |id: i32| usize::try_from(id).map_or(-1, |place| indices.of(place) as i64);
-                match indices {
-                    Indices::From { .. } => sink.give(ids.clone()),
-                    Indices::Each(_) if wide => {
-                        sink.give(Arc::new(Plane(ids.0.iter().map(|&id| index(id)).collect())))
-                    }
-                    Indices::Each(_) => sink
-                        .give(Arc::new(Plane(ids.0.iter().map(|&id| index(id) as i32).collect()))),
-                }
-                .map_err(or(&outputs.ids))?;
-            }
-            if let Some(rows) = &mut rows {
-                rows.push(&ids.0).map_err(or(&outputs.picture))?;
-            } else if outputs.picture.is_some() && outputs.palette {
-                // One band is the usual case, and is not copied.
-                if all.0.is_empty() {
-                    all = ids;
-                } else {
-                    let all = &mut Arc::make_mut(&mut all).0;
-                    all.reserve_exact(region.pixels() - all.len());
-                    all.extend_from_slice(&ids.0);
-                }
-            }
-            Ok(())
-        })?;
+    for band in bands(picture.meta.region, picture.band) {
+        planes.take(band, draw(band)?, spent)?;
     }
 
     let (_progress, start) = (Progress::step("encoding"), Instant::now());
+    let (ids_sink, depth_sink) = planes.finish()?;
     let mut staged = Vec::new();
-    rows.map_or(Ok(()), PngRows::finish).map_err(or(&outputs.picture))?;
-    if let (true, Some(sink)) = (outputs.palette, &mut png_sink) {
-        png::write_palette_png(sink, region, &all.0, &paint).map_err(|error| match error {
-            PaletteError::Io(error) => or(&outputs.picture)(error).into(),
-            PaletteError::TooManyColors => Failure::Usage(format!(
-                "--palette: {error}; leave out --palette, and the same pixels are written as RGB"
-            )),
-        })?;
-    }
-    let finish = |(part, seen): (PartWriter<_>, Seen)| {
-        part.finish(seen.iter().map(|place| (indices.of(place), scene.known(place))))
-    };
-    part.map_or(Ok(()), finish).map_err(or(&outputs.visibility))?;
     for sink in [png_sink, ids_sink, depth_sink, part_sink].into_iter().flatten() {
         staged.push(sink.finish()?);
     }
     spent.encode += start.elapsed().as_secs_f64() * 1e3;
     Ok(staged)
+}
+
+/// The planes that are wanted, on their way out.
+struct Planes<'a> {
+    picture: &'a Picture<'a>,
+    depths: Option<Depths<'a>>,
+    part: Option<Part<'a>>,
+    ids: Option<Ids<'a>>,
+    png: Option<Png<'a>>,
+}
+
+impl Planes<'_> {
+    /// Takes the ids of the next band.
+    fn take(&mut self, band: Region, ids: Vec<i32>, spent: &mut Spent) -> Result<(), Failure> {
+        if let Some(depths) = &mut self.depths {
+            let _progress = Progress::step("working out depths");
+            depths.take(self.picture, band, &ids, spent)?;
+        }
+        let _progress = Progress::step("encoding");
+        if let Some(part) = &mut self.part {
+            part.take(self.picture, band, &ids, spent)?;
+        }
+        timed(&mut spent.encode, || {
+            let ids = Arc::new(Plane(ids));
+            if let Some(plane) = &mut self.ids {
+                plane.take(&ids)?;
+            }
+            match &mut self.png {
+                Some(png) => png.take(ids, self.picture),
+                None => Ok(()),
+            }
+        })
+    }
+
+    /// Ends the picture and the part, and gives back where ids and depths have gone.
+    fn finish(self) -> Result<(Option<Sink>, Option<Sink>), Failure> {
+        if let Some(png) = self.png {
+            png.finish(self.picture)?;
+        }
+        if let Some(part) = self.part {
+            part.finish(self.picture)?;
+        }
+        Ok((self.ids.map(|ids| ids.sink), self.depths.map(|depths| depths.sink)))
+    }
+}
+
+/// Begins an array of a picture's pixels, of a type.
+fn array(target: &Target, descr: &str, picture: &Picture) -> Result<Sink, Failure> {
+    let Region { width, height, .. } = picture.meta.region;
+    let mut sink = target.clone().open()?;
+    let header = npy::header(descr, &[height as usize, width as usize]);
+    sink.write_all(&header).map_err(|error| target.io(error))?;
+    Ok(sink)
+}
+
+/// The array of ids.
+struct Ids<'a> {
+    target: &'a Target,
+    sink: Sink,
+    numbers: Numbers<'a>,
+}
+
+/// The ids that the reader knows.
+enum Numbers<'a> {
+    /// The scene's own.
+    Own,
+    /// Those of the whole, of 4 bytes.
+    Four(&'a Indices<'a>),
+    /// The same, of 8 bytes, which some take.
+    Eight(&'a Indices<'a>),
+}
+
+impl<'a> Ids<'a> {
+    /// Begins the array.
+    fn begin(target: &'a Target, picture: &'a Picture) -> Result<Self, Failure> {
+        let indices = &picture.indices;
+        let wide = picture.meta.last().is_some_and(|last| last > i32::MAX as u64);
+        let (descr, numbers) = match indices {
+            Indices::From { .. } => ("<i4", Numbers::Own),
+            Indices::Each(_) if wide => ("<i8", Numbers::Eight(indices)),
+            Indices::Each(_) => ("<i4", Numbers::Four(indices)),
+        };
+        Ok(Self { target, sink: array(target, descr, picture)?, numbers })
+    }
+
+    /// Takes the next ids.
+    fn take(&mut self, ids: &Arc<Plane<i32>>) -> Result<(), Failure> {
+        let all = ids.0.iter();
+        let bytes: Shared = match self.numbers {
+            Numbers::Own => ids.clone(),
+            Numbers::Four(indices) => {
+                Arc::new(Plane::<i32>(all.map(|&id| indices.of_id(id) as i32).collect()))
+            }
+            Numbers::Eight(indices) => {
+                Arc::new(Plane::<i64>(all.map(|&id| indices.of_id(id)).collect()))
+            }
+        };
+        Ok(self.sink.give(bytes).map_err(|error| self.target.io(error))?)
+    }
+}
+
+/// The array of distances.
+struct Depths<'a> {
+    target: &'a Target,
+    sink: Sink,
+}
+
+impl<'a> Depths<'a> {
+    /// Begins the array.
+    fn begin(target: &'a Target, picture: &Picture) -> Result<Self, Failure> {
+        Ok(Self { target, sink: array(target, "<f4", picture)? })
+    }
+
+    /// Works out the next distances.
+    fn take(
+        &mut self,
+        picture: &Picture,
+        band: Region,
+        ids: &[i32],
+        spent: &mut Spent,
+    ) -> Result<(), Failure> {
+        let work = || depth::depths(picture.scene, picture.truth, band, ids);
+        let plane = timed(&mut spent.depth, work)?;
+        let given = timed(&mut spent.encode, || self.sink.give(Arc::new(Plane(plane))));
+        Ok(given.map_err(|error| self.target.io(error))?)
+    }
+}
+
+/// What merging needs.
+struct Part<'a> {
+    target: &'a Target,
+    writer: PartWriter<'a, &'a mut Sink>,
+    seen: Seen,
+}
+
+impl<'a> Part<'a> {
+    /// Begins the archive.
+    fn begin(
+        target: &'a Target,
+        sink: &'a mut Sink,
+        picture: &'a Picture,
+    ) -> Result<Self, Failure> {
+        let writer = PartWriter::new(sink, picture.meta).map_err(|error| target.io(error))?;
+        Ok(Self { target, writer, seen: Seen::new(picture.scene.len()) })
+    }
+
+    /// Works out what is between the distances of the next pixels.
+    fn take(
+        &mut self,
+        picture: &Picture,
+        band: Region,
+        ids: &[i32],
+        spent: &mut Spent,
+    ) -> Result<(), Failure> {
+        let Picture { scene, truth, indices, .. } = picture;
+        self.seen.mark(ids);
+        // Bounds take four times the memory of ids: some rows at a time.
+        for some in bands(band, 1 << 20) {
+            let start = (some.y - band.y) as usize * band.width as usize;
+            let ids = &ids[start..start + some.pixels()];
+            let work = || depth::distance_bounds(scene, truth, some, ids);
+            let bounds = timed(&mut spent.depth, work)?;
+            let pixels =
+                ids.iter().zip(bounds).map(|(&id, bounds)| Pixel { id: indices.of_id(id), bounds });
+            timed(&mut spent.encode, || self.writer.pixels(pixels))
+                .map_err(|error| self.target.io(error))?;
+        }
+        Ok(())
+    }
+
+    /// Ends the archive, with the spheres that are seen.
+    fn finish(self, picture: &Picture) -> Result<(), Failure> {
+        let Picture { scene, indices, .. } = picture;
+        let spheres = self.seen.iter().map(|place| (indices.of(place), scene.known(place)));
+        Ok(self.writer.finish(spheres).map_err(|error| self.target.io(error))?)
+    }
+}
+
+/// The colours.
+struct Png<'a> {
+    target: &'a Target,
+    form: Form<'a>,
+}
+
+/// How colours are written.
+enum Form<'a> {
+    /// Row by row.
+    Rgb(PngRows<'a, &'a mut Sink>),
+    /// With a palette, which takes all colours before the first row.
+    Palette { sink: &'a mut Sink, all: Arc<Plane<i32>> },
+}
+
+impl<'a> Png<'a> {
+    /// Begins a picture of 8 bits a channel.
+    fn rgb(target: &'a Target, sink: &'a mut Sink, picture: &'a Picture) -> Result<Self, Failure> {
+        let rows = PngRows::new(sink, picture.meta.region, picture.paint());
+        let rows = rows.map_err(|error| target.io(error))?;
+        Ok(Self { target, form: Form::Rgb(rows) })
+    }
+
+    /// A picture with a palette.
+    fn palette(target: &'a Target, sink: &'a mut Sink) -> Self {
+        let all = Arc::new(Plane(Vec::new()));
+        Self { target, form: Form::Palette { sink, all } }
+    }
+
+    /// Takes the next ids.
+    fn take(&mut self, ids: Arc<Plane<i32>>, picture: &Picture) -> Result<(), Failure> {
+        match &mut self.form {
+            Form::Rgb(rows) => rows.push(&ids.0).map_err(|error| self.target.io(error))?,
+            // One band is the usual case, and is not copied.
+            Form::Palette { all, .. } if all.0.is_empty() => *all = ids,
+            Form::Palette { all, .. } => {
+                let all = &mut Arc::make_mut(all).0;
+                all.reserve_exact(picture.meta.region.pixels() - all.len());
+                all.extend_from_slice(&ids.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the picture.
+    fn finish(self, picture: &Picture) -> Result<(), Failure> {
+        let Self { target, form } = self;
+        match form {
+            Form::Rgb(rows) => Ok(rows.finish().map_err(|error| target.io(error))?),
+            Form::Palette { sink, all } => {
+                let written =
+                    png::write_palette_png(sink, picture.meta.region, &all.0, &picture.paint());
+                written.map_err(|error| match error {
+                    PaletteError::Io(error) => target.io(error).into(),
+                    PaletteError::TooManyColors => Failure::Usage(format!(
+                        "--palette: {error}; leave out --palette, and the same pixels are written \
+                         as RGB"
+                    )),
+                })
+            }
+        }
+    }
 }
 
 /// A region in bands of whole rows, of at most so many pixels where a row is not more.
