@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{
     Failure,
-    args::MergeRequest,
+    args::{MergeRequest, Outputs},
     ends::Ends,
     planes::{self, Indices, Picture, Spent},
     print,
@@ -16,9 +16,16 @@ use super::{
 };
 use planisphere_core::{
     depth::PlaneError,
-    part::merge::{Merge, MergeError, Ties},
+    part::{
+        Meta,
+        merge::{Merge, MergeError, Ties},
+    },
 };
-use planisphere_io::{output, part};
+use planisphere_io::{
+    load::Watch,
+    output::{self, Staged},
+    part,
+};
 
 /// Pixels that are merged at a time.
 const BAND: usize = 1 << 22;
@@ -89,32 +96,9 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     drop(progress);
     times.load = milliseconds(step);
 
-    let meta = merge.meta();
-    let region = meta.region;
-    let mut ties = Ties::default();
-    let mut spent = Spent::default();
-    let mut seen = false;
-    let indices = Indices::Each(merge.indices());
-    let picture = Picture { meta, scene: merge.scene(), truth: merge.truth(), indices, band: BAND };
-    let staged = unless_changed(&watch, || {
-        planes::write(outputs, &picture, &mut spent, |region| {
-            let (step, _progress) = (Instant::now(), Progress::step("merging"));
-            let band = merge.band(region)?;
-            times.merge += milliseconds(step);
-            ties.pairs += band.ties.pairs;
-            ties.exact += band.ties.exact;
-            seen = seen || band.ids.iter().any(|id| *id >= 0);
-            Ok(band.ids)
-        })
-        .map_err(|failure| match failure {
-            Failure::Plane(PlaneError::NotSeen { id, column, row }) => {
-                merge.not_seen(id, column, row).into()
-            }
-            other => other,
-        })
-    })?;
-    times.merge = rounded(times.merge);
-    (times.depth, times.encode) = (rounded(spent.depth), rounded(spent.encode));
+    let (staged, merged) = bands(outputs, &merge, &watch)?;
+    times.merge = rounded(merged.milliseconds);
+    (times.depth, times.encode) = (rounded(merged.spent.depth), rounded(merged.spent.encode));
 
     let (step, progress) = (Instant::now(), Progress::step("writing"));
     // Names may have come to lead elsewhere meanwhile.
@@ -124,18 +108,19 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
     times.write = milliseconds(step);
     times.total = milliseconds(start);
 
-    if !seen {
+    if !merged.seen {
         say("note: nothing is seen: no part shows a sphere here");
     }
 
     if request.stats {
+        let Meta { region, ranges, .. } = merge.meta();
         let counts = Counts {
             parts: parts.len(),
-            spheres: meta.ranges.iter().map(|range| range.end - range.start).sum(),
+            spheres: ranges.iter().map(|range| range.end - range.start).sum(),
             seen: merge.scene().len(),
             pixels: region.pixels(),
-            undecided: ties.pairs,
-            exact: ties.exact,
+            undecided: merged.ties.pairs,
+            exact: merged.ties.exact,
         };
         let stats = Stats {
             version: 1,
@@ -148,4 +133,44 @@ pub(super) fn run(request: &MergeRequest, start: Instant) -> Result<(), Failure>
         print(&format!("{json}\n"))?;
     }
     Ok(())
+}
+
+/// What merging has found in all bands, and how long it took.
+#[derive(Default)]
+struct Merged {
+    ties: Ties,
+    milliseconds: f64,
+    spent: Spent,
+    /// Whether any sphere is seen.
+    seen: bool,
+}
+
+/// Merges all bands, and encodes what is wanted of them.
+fn bands(
+    outputs: &Outputs,
+    merge: &Merge,
+    watch: &Watch,
+) -> Result<(Vec<Staged>, Merged), Failure> {
+    let (meta, scene, truth) = (merge.meta(), merge.scene(), merge.truth());
+    let indices = Indices::Each(merge.indices());
+    let picture = Picture { meta, scene, truth, indices, band: BAND };
+    let mut merged = Merged::default();
+    let staged = unless_changed(watch, || {
+        planes::write(outputs, &picture, &mut merged.spent, |region| {
+            let (step, _progress) = (Instant::now(), Progress::step("merging"));
+            let band = merge.band(region)?;
+            merged.milliseconds += milliseconds(step);
+            merged.ties.pairs += band.ties.pairs;
+            merged.ties.exact += band.ties.exact;
+            merged.seen = merged.seen || band.ids.iter().any(|id| *id >= 0);
+            Ok(band.ids)
+        })
+        .map_err(|failure| match failure {
+            Failure::Plane(PlaneError::NotSeen { id, column, row }) => {
+                merge.not_seen(id, column, row).into()
+            }
+            other => other,
+        })
+    })?;
+    Ok((staged, merged))
 }

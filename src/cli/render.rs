@@ -22,8 +22,8 @@ use planisphere_core::{
     text, unseen,
 };
 use planisphere_io::{
-    load::{self, Copied},
-    output,
+    load::{self, Copied, Loaded},
+    output::{self, Staged},
 };
 use planisphere_renderer::{Device, DeviceChoice, Opened, PassedOver};
 
@@ -94,16 +94,11 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     ends.check()?;
     let mut times = Milliseconds::default();
 
-    let (step, progress) = (Instant::now(), Progress::step("loading"));
-    let loaded = load::load(&request.scene)?;
-    let image = request.size.unwrap_or(loaded.image);
-    let region = region_inside(request.region, image)?;
-    let view = View::new(loaded.camera(image), image);
-    loaded.files.iter().for_each(|path| ends.reads(path));
-    ends.check()?;
-    drop(progress);
-    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
+    let step = Instant::now();
+    let subject = load(request, &mut ends)?;
     times.load = milliseconds(step);
+    let Subject { loaded, view, region } = &subject;
+    let scene = &loaded.scene;
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));
     let opened = Device::open_telling(&request.device)?;
@@ -113,47 +108,13 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let device_words = device_words(&opened, &request.device);
     let Opened { mut device, why, passed_over } = opened;
 
-    let scene = &loaded.scene;
-    let facts = explain::facts(request, scene, &view, region, &device, device_words);
+    let facts = explain::facts(request, scene, view, *region, &device, device_words);
     if request.explain {
-        return unless_changed(&loaded.watch, || explain::print_lines(&facts, scene, &view));
+        return unless_changed(&loaded.watch, || explain::print_lines(&facts, scene, view));
     }
     explain::check_memory(&facts)?;
-    let end = request.first_index + scene.len() as u64;
-    let meta = Meta {
-        view,
-        region,
-        background: loaded.background,
-        ranges: if scene.is_empty() {
-            Vec::new()
-        } else {
-            std::iter::once(request.first_index..end).collect()
-        },
-        bounds: (!scene.is_empty()).then(|| scene.bounds()),
-    };
-    let truth = Truth::new(&view, scene.bounds());
-    let indices = Indices::From { first: request.first_index };
-    let picture = Picture { meta: &meta, scene, truth: &truth, indices, band: planes::BAND };
-    let (mut counts, mut drawn) = (Counts::default(), Times::default());
-    let mut spent = Spent::default();
-    let mut seen = false;
-    let staged = unless_changed(&loaded.watch, || {
-        planes::write(&request.outputs, &picture, &mut spent, |band| {
-            let _progress = Progress::step("drawing");
-            let drawing = device.draw(scene, &view, band)?;
-            if let Some(changed) = loaded.watch.changed() {
-                return Err(changed.into());
-            }
-            // Ends at the first sphere of the first band that has one.
-            seen = seen || drawing.ids.iter().any(|id| *id >= 0);
-            counts.add(&drawing.counts);
-            drawn.add(&drawing.times);
-            Ok(drawing.ids)
-        })
-    })?;
-    (times.prepare, times.render) = (rounded(drawn.prepare), rounded(drawn.render));
-    (times.read_back, times.decide) = (rounded(drawn.read_back), rounded(drawn.decide));
-    (times.depth, times.encode) = (rounded(spent.depth), rounded(spent.encode));
+    let (staged, drawn) = draw(request, &subject, &mut device)?;
+    times.drew(&drawn);
 
     let (step, progress) = (Instant::now(), Progress::step("writing"));
     // Names may have come to lead elsewhere meanwhile.
@@ -163,16 +124,9 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     times.write = milliseconds(step);
     times.total = milliseconds(start);
 
-    if !seen {
-        // All parts of a picture have one camera: to change it for one of them would be no help.
-        let advice = match request.outputs.visibility {
-            Some(_) => None,
-            None => unseen::advice(scene, &view, region, loaded.wanted.is_some()),
-        };
-        let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
-        say(&format!("note: nothing is seen: {}{advice}", unseen::why(scene, &view, region)));
+    if !drawn.seen {
+        say_unseen(request, &subject);
     }
-
     if request.stats {
         let stats = Stats {
             version: 1,
@@ -180,9 +134,9 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
             device: device.description(),
             device_why: &why,
             passed_over: passed(&passed_over),
-            image: [image.width, image.height],
+            image: [view.image.width, view.image.height],
             region: [region.x, region.y, region.width, region.height],
-            counts: &counts,
+            counts: &drawn.counts,
             copied: &loaded.copied,
             milliseconds: times,
         };
@@ -190,6 +144,99 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
         print(&format!("{}\n", text::json(&json)))?;
     }
     Ok(())
+}
+
+/// What is drawn.
+struct Subject {
+    loaded: Loaded,
+    view: View,
+    region: Region,
+}
+
+/// Reads the scene, and says what is unusual about it.
+fn load(request: &RenderRequest, ends: &mut Ends) -> Result<Subject, Failure> {
+    let progress = Progress::step("loading");
+    let loaded = load::load(&request.scene)?;
+    let image = request.size.unwrap_or(loaded.image);
+    let region = region_inside(request.region, image)?;
+    let view = View::new(loaded.camera(image), image);
+    loaded.files.iter().for_each(|path| ends.reads(path));
+    ends.check()?;
+    drop(progress);
+    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
+    Ok(Subject { loaded, view, region })
+}
+
+/// What drawing has found in all bands, and how long it took.
+#[derive(Default)]
+struct Drawn {
+    counts: Counts,
+    times: Times,
+    spent: Spent,
+    /// Whether any sphere is seen.
+    seen: bool,
+}
+
+impl Milliseconds {
+    /// Notes what drawing has taken.
+    fn drew(&mut self, Drawn { times, spent, .. }: &Drawn) {
+        (self.prepare, self.render) = (rounded(times.prepare), rounded(times.render));
+        (self.read_back, self.decide) = (rounded(times.read_back), rounded(times.decide));
+        (self.depth, self.encode) = (rounded(spent.depth), rounded(spent.encode));
+    }
+}
+
+/// Draws all bands, and encodes what is wanted of them.
+fn draw(
+    request: &RenderRequest,
+    Subject { loaded, view, region }: &Subject,
+    device: &mut Device,
+) -> Result<(Vec<Staged>, Drawn), Failure> {
+    let scene = &loaded.scene;
+    let first = request.first_index;
+    let ranges = if scene.is_empty() {
+        Vec::new()
+    } else {
+        std::iter::once(first..first + scene.len() as u64).collect()
+    };
+    let meta = Meta {
+        view: *view,
+        region: *region,
+        background: loaded.background,
+        ranges,
+        bounds: (!scene.is_empty()).then(|| scene.bounds()),
+    };
+    let truth = Truth::new(view, scene.bounds());
+    let indices = Indices::From { first };
+    let picture = Picture { meta: &meta, scene, truth: &truth, indices, band: planes::BAND };
+    let mut drawn = Drawn::default();
+    let staged = unless_changed(&loaded.watch, || {
+        planes::write(&request.outputs, &picture, &mut drawn.spent, |band| {
+            let _progress = Progress::step("drawing");
+            let drawing = device.draw(scene, view, band)?;
+            if let Some(changed) = loaded.watch.changed() {
+                return Err(changed.into());
+            }
+            // Ends at the first sphere of the first band that has one.
+            drawn.seen = drawn.seen || drawing.ids.iter().any(|id| *id >= 0);
+            drawn.counts.add(&drawing.counts);
+            drawn.times.add(&drawing.times);
+            Ok(drawing.ids)
+        })
+    })?;
+    Ok((staged, drawn))
+}
+
+/// Says that no sphere is seen, why, and what would help.
+fn say_unseen(request: &RenderRequest, Subject { loaded, view, region }: &Subject) {
+    let scene = &loaded.scene;
+    // All parts of a picture have one camera: to change it for one of them would be no help.
+    let advice = match request.outputs.visibility {
+        Some(_) => None,
+        None => unseen::advice(scene, view, *region, loaded.wanted.is_some()),
+    };
+    let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
+    say(&format!("note: nothing is seen: {}{advice}", unseen::why(scene, view, *region)));
 }
 
 #[cfg(feature = "gpu")]
