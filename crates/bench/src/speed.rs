@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     naive,
     process::{self, Cost, cpu_time},
-    reference::{self, Wrong},
+    reference::{self, Reference, Wrong},
     scenes::{Kind, Made, Recipe, moved},
     statistics::Summary,
     table::{Table, count, number},
@@ -384,6 +384,79 @@ fn recipes(settings: &Settings) -> Vec<(Recipe, ImageSize)> {
     list
 }
 
+/// A picture of a scene, from so many steps aside: see [`moved`].
+fn aside(made: &Made, image: ImageSize, step: usize) -> View {
+    View::new(moved(&made.camera, image, step), image)
+}
+
+/// A scene that is measured, and the right ids of its first and last view.
+struct Subject<'a> {
+    made: &'a Made,
+    image: ImageSize,
+    region: Region,
+    first: Reference,
+    last: Reference,
+}
+
+impl<'a> Subject<'a> {
+    /// A scene of which so many frames are drawn.
+    fn new(made: &'a Made, image: ImageSize, frames: usize) -> Self {
+        let region = Region::whole(image);
+        let exact = |step| reference::exact(&made.scene, &aside(made, image, step), region);
+        Self { made, image, region, first: exact(0), last: exact(frames) }
+    }
+
+    /// See [`aside`].
+    fn view(&self, step: usize) -> View {
+        aside(self.made, self.image, step)
+    }
+
+    /// Tests of a frame of the naive loop.
+    fn naive_work(&self) -> u64 {
+        self.made.scene.len() as u64 * self.image.pixels() as u64
+    }
+
+    /// Spheres that cover a pixel of the last picture, on average.
+    fn covered_per_pixel(&self) -> f64 {
+        self.last.covered as f64 / self.image.pixels() as f64
+    }
+
+    /// What a naive loop has taken; nothing without frames.
+    fn baseline_row(&self, baseline: &Baseline, on: &str) -> Option<Row> {
+        let moved = baseline.time.timing()?;
+        let (spheres, pixels) = (self.made.scene.len(), self.image.pixels());
+        let cpu = moved.cpu.map(|cpu| cpu.median * 1e6);
+        Some(Row {
+            scene: self.made.name.clone(),
+            spheres,
+            image: [self.image.width, self.image.height],
+            device: format!("naive loop, {on}"),
+            process: None,
+            open: None,
+            cold: None,
+            moved,
+            unchanged: None,
+            ns_per_pixel: cpu.map(|cpu| cpu / pixels as f64),
+            ns_per_sphere: cpu.map(|cpu| cpu / spheres as f64),
+            ns_per_test: cpu.map(|cpu| cpu / self.naive_work() as f64),
+            tests_per_pixel: Some(spheres as f64),
+            covered_per_pixel: self.covered_per_pixel(),
+            bytes_per_sphere: None,
+            compared: pixels,
+            wrong: baseline.wrong,
+        })
+    }
+}
+
+/// Who draws the frames of a scene.
+struct Entrants {
+    devices: Vec<Frames>,
+    /// The naive loop on each of the devices.
+    plain: Vec<Baseline>,
+    /// And in this process.
+    naive: Baseline,
+}
+
 struct Bench<'a> {
     settings: &'a Settings,
     /// Peak memory of a process that draws nothing, by device.
@@ -394,146 +467,160 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn scene(&mut self, made: &Made, image: ImageSize) -> Result<(), BenchError> {
-        let settings = self.settings;
-        let spheres = made.scene.len();
         (self.say)(&format!(
             "{} spheres, {}, {} x {}",
-            count(spheres),
+            count(made.scene.len()),
             made.name,
             image.width,
             image.height
         ));
-        let region = Region::whole(image);
-        let view = |step: usize| View::new(moved(&made.camera, image, step), image);
-        let first = reference::exact(&made.scene, &view(0), region);
-
-        let processes =
-            if settings.runs > 0 { self.processes(made, image, &first.ids)? } else { Vec::new() };
+        let subject = Subject::new(made, image, self.settings.frames);
+        let processes = if self.settings.runs > 0 {
+            self.processes(made, image, &subject.first.ids)?
+        } else {
+            Vec::new()
+        };
 
         // Frames, in turn.
-        let last_step = settings.frames;
-        let last = reference::exact(&made.scene, &view(last_step), region);
+        let mut entrants = self.entrants(&subject)?;
+        self.moved_frames(&subject, &mut entrants)?;
+        self.more_frames(&subject, &mut entrants)?;
+
+        for (k, frames) in entrants.devices.iter().enumerate() {
+            let process = processes.get(k).copied();
+            if made.scene.is_empty() && frames.moved.timing().is_some() {
+                self.empty[k] = process.and_then(|p| p.beyond_mapping);
+            }
+            self.rows.extend(self.device_row(&subject, k, frames, process));
+        }
+        let of_devices = entrants
+            .plain
+            .iter()
+            .zip(&self.settings.devices)
+            .map(|(baseline, on)| (baseline, on.argument.as_str()));
+        let all = of_devices.chain([(&entrants.naive, "cpu")]);
+        self.rows.extend(all.filter_map(|(baseline, on)| subject.baseline_row(baseline, on)));
+        Ok(())
+    }
+
+    /// The devices, each opened some times, with their first pictures.
+    fn entrants(&self, subject: &Subject) -> Result<Entrants, BenchError> {
+        let &Subject { made, region, .. } = subject;
         let mut devices = Vec::new();
-        for contender in &settings.devices {
+        for contender in &self.settings.devices {
             let mut frames = Frames::default();
-            for _ in 0..COLD.min(settings.frames) {
+            for _ in 0..COLD.min(self.settings.frames) {
                 let mut device = frames.open.add(|| Device::open(&contender.choice))?;
-                frames.draw_cold(&mut device, made, &view(0), region, &first.ids)?;
+                let view = subject.view(0);
+                frames.draw_cold(&mut device, made, &view, region, &subject.first.ids)?;
                 frames.device = Some(device);
             }
             devices.push(frames);
         }
-        let naive_limit = if settings.quick { NAIVE_QUICK } else { NAIVE };
-        let naive_work = spheres as u64 * image.pixels() as u64;
-        let mut naive = Baseline::default();
-        let mut plain: Vec<Baseline> = devices.iter().map(|_| Baseline::default()).collect();
-        // Slow ones are not run as often.
-        let naive_frames = match naive_work {
+        let plain = devices.iter().map(|_| Baseline::default()).collect();
+        Ok(Entrants { devices, plain, naive: Baseline::default() })
+    }
+
+    /// How many frames the naive loop draws: slow ones are not run as often.
+    fn naive_frames(&self, subject: &Subject) -> usize {
+        let settings = self.settings;
+        let limit = if settings.quick { NAIVE_QUICK } else { NAIVE };
+        match subject.naive_work() {
             0 => 0,
             _ if !settings.baselines => 0,
-            work if work > naive_limit => 0,
-            work if work > naive_limit / 5 => settings.frames.min(1),
+            work if work > limit => 0,
+            work if work > limit / 5 => settings.frames.min(1),
             _ => settings.frames.min(3),
-        };
-        for step in 1..=settings.frames {
-            for frames in &mut devices {
-                let exact = (step == last_step).then_some(&last.ids[..]);
-                frames.draw_moved(made, &view(step), region, exact)?;
+        }
+    }
+
+    /// Frames of the camera a little aside each time, of the devices and, at the end, the
+    /// baselines.
+    fn moved_frames(&self, subject: &Subject, entrants: &mut Entrants) -> Result<(), BenchError> {
+        let &Subject { made, region, .. } = subject;
+        let Entrants { devices, plain, naive } = entrants;
+        let (asked, naive_frames) = (self.settings.frames, self.naive_frames(subject));
+        for step in 1..=asked {
+            let view = subject.view(step);
+            let exact = (step == asked).then_some(&subject.last.ids[..]);
+            for frames in &mut *devices {
+                frames.draw_moved(made, &view, region, exact)?;
             }
-            if step + naive_frames > settings.frames {
-                let exact = (step == last_step).then_some(&last.ids[..]);
-                let ids = naive.time.add(|| naive::draw(&made.scene, &view(step), region));
+            if step + naive_frames > asked {
+                let ids = naive.time.add(|| naive::draw(&made.scene, &view, region));
                 naive.compare(&ids, exact);
                 // On a software device it takes ten times as long: only where a goal asks for it.
-                if spheres > gpu::naive::MOST || made.name != Kind::Uniform.words() {
+                if made.scene.len() > gpu::naive::MOST || made.name != Kind::Uniform.words() {
                     continue;
                 }
-                for (frames, baseline) in devices.iter_mut().zip(&mut plain) {
-                    baseline.draw(frames, made, &view(step), exact)?;
+                for (frames, baseline) in devices.iter_mut().zip(&mut *plain) {
+                    baseline.draw(frames, made, &view, exact)?;
                 }
             }
         }
+        Ok(())
+    }
+
+    /// More moved frames of the devices where these are short, and the last one again.
+    fn more_frames(&self, subject: &Subject, entrants: &mut Entrants) -> Result<(), BenchError> {
+        let &Subject { made, region, .. } = subject;
+        let devices = &mut entrants.devices;
+        let asked = self.settings.frames;
         // Frames of about a millisecond scatter: their medians are taken of more.
         let medians = devices
             .iter()
             .filter_map(|frames| frames.moved.timing())
             .map(|moved| moved.wall.median);
-        let more =
-            (ENOUGH / medians.fold(0.0, f64::max)).min((MORE * settings.frames) as f64) as usize;
-        for step in settings.frames + 1..=more {
-            for frames in &mut devices {
-                frames.draw_moved(made, &view(step), region, None)?;
+        let more = (ENOUGH / medians.fold(0.0, f64::max)).min((MORE * asked) as f64) as usize;
+        for step in asked + 1..=more {
+            for frames in &mut *devices {
+                frames.draw_moved(made, &subject.view(step), region, None)?;
             }
         }
-        for _ in 0..settings.frames {
-            for frames in &mut devices {
-                frames.draw_unchanged(made, &view(last_step), region, &last.ids)?;
+        for _ in 0..asked {
+            for frames in &mut *devices {
+                frames.draw_unchanged(made, &subject.view(asked), region, &subject.last.ids)?;
             }
-        }
-
-        let pixels = image.pixels() as f64;
-        let covered_per_pixel = last.covered as f64 / pixels;
-        for (k, frames) in devices.iter().enumerate() {
-            let Some(moved) = frames.moved.timing() else { continue };
-            let cpu = moved.cpu.map(|cpu| cpu.median * 1e6);
-            let per = |amount: f64| cpu.filter(|_| amount > 0.0).map(|cpu| cpu / amount);
-            let process = processes.get(k).copied();
-            let beyond = process.and_then(|p| p.beyond_mapping);
-            if spheres == 0 {
-                self.empty[k] = beyond;
-            }
-            let above_empty =
-                beyond.zip(self.empty[k]).map(|(beyond, empty)| beyond as f64 - empty as f64);
-            self.rows.push(Row {
-                scene: made.name.clone(),
-                spheres,
-                image: [image.width, image.height],
-                device: settings.devices[k].argument.clone(),
-                process,
-                open: frames.open.timing(),
-                cold: frames.cold.timing(),
-                moved,
-                unchanged: frames.unchanged.timing(),
-                ns_per_pixel: per(pixels),
-                ns_per_sphere: per(spheres as f64),
-                ns_per_test: per(frames.tests as f64),
-                tests_per_pixel: (frames.tests > 0).then(|| frames.tests as f64 / pixels),
-                covered_per_pixel,
-                bytes_per_sphere: above_empty
-                    .filter(|_| spheres >= 10_000)
-                    .map(|bytes| bytes / spheres as f64),
-                compared: frames.compared,
-                wrong: frames.wrong,
-            });
-        }
-        let of_devices = plain
-            .iter()
-            .zip(&settings.devices)
-            .map(|(baseline, on)| (baseline, on.argument.as_str()));
-        for (baseline, on) in of_devices.chain([(&naive, "cpu")]) {
-            let Some(moved) = baseline.time.timing() else { continue };
-            let cpu = moved.cpu.map(|cpu| cpu.median * 1e6);
-            self.rows.push(Row {
-                scene: made.name.clone(),
-                spheres,
-                image: [image.width, image.height],
-                device: format!("naive loop, {on}"),
-                process: None,
-                open: None,
-                cold: None,
-                moved,
-                unchanged: None,
-                ns_per_pixel: cpu.map(|cpu| cpu / pixels),
-                ns_per_sphere: cpu.map(|cpu| cpu / spheres as f64),
-                ns_per_test: cpu.map(|cpu| cpu / naive_work as f64),
-                tests_per_pixel: Some(spheres as f64),
-                covered_per_pixel,
-                bytes_per_sphere: None,
-                compared: image.pixels(),
-                wrong: baseline.wrong,
-            });
         }
         Ok(())
+    }
+
+    /// What a device has taken; nothing without frames.
+    fn device_row(
+        &self,
+        subject: &Subject,
+        k: usize,
+        frames: &Frames,
+        process: Option<Processes>,
+    ) -> Option<Row> {
+        let moved = frames.moved.timing()?;
+        let (spheres, pixels) = (subject.made.scene.len(), subject.image.pixels() as f64);
+        let cpu = moved.cpu.map(|cpu| cpu.median * 1e6);
+        let per = |amount: f64| cpu.filter(|_| amount > 0.0).map(|cpu| cpu / amount);
+        let beyond = process.and_then(|p| p.beyond_mapping);
+        let above_empty =
+            beyond.zip(self.empty[k]).map(|(beyond, empty)| beyond as f64 - empty as f64);
+        Some(Row {
+            scene: subject.made.name.clone(),
+            spheres,
+            image: [subject.image.width, subject.image.height],
+            device: self.settings.devices[k].argument.clone(),
+            process,
+            open: frames.open.timing(),
+            cold: frames.cold.timing(),
+            moved,
+            unchanged: frames.unchanged.timing(),
+            ns_per_pixel: per(pixels),
+            ns_per_sphere: per(spheres as f64),
+            ns_per_test: per(frames.tests as f64),
+            tests_per_pixel: (frames.tests > 0).then(|| frames.tests as f64 / pixels),
+            covered_per_pixel: subject.covered_per_pixel(),
+            bytes_per_sphere: above_empty
+                .filter(|_| spheres >= 10_000)
+                .map(|bytes| bytes / spheres as f64),
+            compared: frames.compared,
+            wrong: frames.wrong,
+        })
     }
 
     /// Whole processes of each device, in turn, after one of each that does not count.
@@ -815,114 +902,170 @@ pub(super) fn check(what: &str, device: &str, figure: f64, limit: f64, at_least:
 
 /// The goals that the measured rows tell about.
 fn checks(rows: &[Row], image: ImageSize) -> Vec<Check> {
-    let mut checks = Vec::new();
     let mut devices: Vec<&str> =
         rows.iter().filter(|row| row.cold.is_some()).map(|row| row.device.as_str()).collect();
     devices.dedup();
     devices.sort_unstable();
     devices.dedup();
     let size = [image.width, image.height];
+    let mut checks = Vec::new();
     for device in devices {
-        let find = |scene: &str, spheres: usize, image: [u32; 2]| {
-            rows.iter().find(|r| {
-                r.device == device && r.scene == scene && r.spheres == spheres && r.image == image
-            })
-        };
-        let uniform = Kind::Uniform.words();
-        let frame = |row: &Row| row.moved.cpu.map_or(row.moved.wall.median, |cpu| cpu.median);
-        let process = |row: &Row| {
-            row.process.map(|p| p.time.cpu.map_or(p.time.wall.median, |cpu| cpu.median))
-        };
-        let base = find(uniform, 100_000, size);
+        let goals = Goals { rows, device, size };
+        checks.extend(goals.per_sphere());
+        checks.extend(goals.per_pixel());
+        checks.extend(goals.unseen());
+        if device == "cpu" {
+            checks.extend(goals.large());
+        } else {
+            checks.extend(goals.baselines());
+            checks.extend(goals.small());
+        }
+    }
+    checks
+}
+
+/// What the goals of a device are held against.
+struct Goals<'a> {
+    rows: &'a [Row],
+    device: &'a str,
+    /// Columns and rows of the pictures.
+    size: [u32; 2],
+}
+
+/// Processor time of a moved frame, or wall time where the system does not tell that.
+fn frame(row: &Row) -> f64 {
+    row.moved.cpu.map_or(row.moved.wall.median, |cpu| cpu.median)
+}
+
+/// The same of a whole process.
+fn process(row: &Row) -> Option<f64> {
+    row.process.map(|p| p.time.cpu.map_or(p.time.wall.median, |cpu| cpu.median))
+}
+
+impl<'a> Goals<'a> {
+    /// The row of a scene, if it was measured.
+    fn find(&self, scene: &str, spheres: usize) -> Option<&'a Row> {
+        self.find_on(self.device, scene, spheres, self.size)
+    }
+
+    /// The same on another device, or of another size.
+    fn find_on(
+        &self,
+        device: &str,
+        scene: &str,
+        spheres: usize,
+        image: [u32; 2],
+    ) -> Option<&'a Row> {
+        self.rows.iter().find(|r| {
+            r.device == device && r.scene == scene && r.spheres == spheres && r.image == image
+        })
+    }
+
+    /// Uniform spheres.
+    fn uniform(&self, spheres: usize) -> Option<&'a Row> {
+        self.find(Kind::Uniform.words(), spheres)
+    }
+
+    /// A figure that should not exceed its limit.
+    fn at_most(&self, what: &str, figure: f64, limit: f64) -> Check {
+        check(what, self.device, figure, limit, false)
+    }
+
+    /// A sphere of many takes about as long as one of few.
+    fn per_sphere(&self) -> Vec<Check> {
+        let mut checks = Vec::new();
+        let Some(base) = self.uniform(100_000) else { return checks };
         for power in [6, 7, 8] {
             let count = 10usize.pow(power);
-            if let (Some(base), Some(row)) = (base, find(uniform, count, size)) {
-                let times = count as f64 / 1e5;
-                let words = |what| format!("{what}, processor time per sphere: 1e{power} over 1e5");
-                checks.push(check(
-                    &words("moved frame"),
-                    device,
-                    frame(row) / frame(base) / times,
-                    1.5,
-                    false,
-                ));
-                if let (Some(base), Some(row)) = (process(base), process(row)) {
-                    checks.push(check(
-                        &words("whole process"),
-                        device,
-                        row / base / times,
-                        1.5,
-                        false,
-                    ));
-                }
+            let Some(row) = self.uniform(count) else { continue };
+            let times = count as f64 / 1e5;
+            let words = |what| format!("{what}, processor time per sphere: 1e{power} over 1e5");
+            let figure = frame(row) / frame(base) / times;
+            checks.push(self.at_most(&words("moved frame"), figure, 1.5));
+            if let (Some(base), Some(row)) = (process(base), process(row)) {
+                checks.push(self.at_most(&words("whole process"), row / base / times, 1.5));
             }
         }
-        if let (Some(base), Some(row)) = (base, find(uniform, 100_000, size.map(|side| 2 * side))) {
-            let what = "moved frame, four times the pixels over one, 1e5 spheres";
-            checks.push(check(what, device, frame(row) / frame(base), 4.2, false));
-        }
+        checks
+    }
+
+    /// A pixel of many takes about as long as one of few.
+    fn per_pixel(&self) -> Option<Check> {
+        let base = self.uniform(100_000)?;
+        let large = self.size.map(|side| 2 * side);
+        let row = self.find_on(self.device, Kind::Uniform.words(), 100_000, large)?;
+        let what = "moved frame, four times the pixels over one, 1e5 spheres";
+        Some(self.at_most(what, frame(row) / frame(base), 4.2))
+    }
+
+    /// Spheres that are not seen take little time.
+    fn unseen(&self) -> Vec<Check> {
+        let mut checks = Vec::new();
         for kind in [Kind::MostlyOffScreen, Kind::OffScreen, Kind::MostlyHidden, Kind::Hidden] {
             for count in [100_000, 1_000_000] {
                 if let (Some(row), Some(full)) =
-                    (find(kind.words(), count, size), find(uniform, count, size))
+                    (self.find(kind.words(), count), self.uniform(count))
                 {
                     let what = format!(
                         "moved frame, {} over uniform, {} spheres",
                         kind.words(),
                         self::count(count)
                     );
-                    checks.push(check(&what, device, frame(row) / frame(full), 0.15, false));
+                    checks.push(self.at_most(&what, frame(row) / frame(full), 0.15));
                 }
             }
         }
-        for (count, seconds, bytes) in [(10_000_000, 1.0, 600e6), (100_000_000, 10.0, 8e9)] {
-            if let Some(process) =
-                find(uniform, count, size).and_then(|row| row.process).filter(|_| device == "cpu")
-            {
-                let what = format!("{} spheres, whole process, s", self::count(count));
-                checks.push(check(&what, device, process.time.wall.median * 1e-3, seconds, false));
-                let memory =
-                    if count == 10_000_000 { process.beyond_mapping } else { process.peak };
-                if let Some(memory) = memory {
-                    let what = format!(
-                        "{} spheres, memory beyond the mapping (1e8: all of it), MB",
-                        self::count(count)
-                    );
-                    checks.push(check(&what, device, memory as f64 * 1e-6, bytes * 1e-6, false));
-                }
-            }
-        }
-        if device != "cpu" {
-            for count in [1_000, 10_000] {
-                let baseline = format!("naive loop, {device}");
-                let plain = rows.iter().find(|r| {
-                    r.device == baseline
-                        && r.scene == uniform
-                        && r.spheres == count
-                        && r.image == size
-                });
-                if let (Some(row), Some(plain)) = (find(uniform, count, size), plain) {
-                    let what = format!(
-                        "{} spheres, the plain loop over a moved frame",
-                        self::count(count)
-                    );
-                    checks.push(check(&what, device, frame(plain) / frame(row), 10.0, true));
-                }
-            }
-            for (scene, count, limit) in
-                [("uniform, 4 px", 100_000, 60.0), ("uniform, 1 px", 1_000_000, 120.0)]
-            {
-                if let Some(row) = find(scene, count, size) {
-                    let what = format!(
-                        "{} spheres, {scene}, moved frame, processor ms",
-                        self::count(count)
-                    );
-                    checks.push(check(&what, device, frame(row), limit, false));
-                }
-            }
-        }
+        checks
     }
-    checks
+
+    /// Time and memory of processes that draw large scenes.
+    fn large(&self) -> Vec<Check> {
+        let mut checks = Vec::new();
+        for (count, seconds, bytes) in [(10_000_000, 1.0, 600e6), (100_000_000, 10.0, 8e9)] {
+            let Some(process) = self.uniform(count).and_then(|row| row.process) else { continue };
+            let what = format!("{} spheres, whole process, s", self::count(count));
+            checks.push(self.at_most(&what, process.time.wall.median * 1e-3, seconds));
+            let memory = if count == 10_000_000 { process.beyond_mapping } else { process.peak };
+            if let Some(memory) = memory {
+                let what = format!(
+                    "{} spheres, memory beyond the mapping (1e8: all of it), MB",
+                    self::count(count)
+                );
+                checks.push(self.at_most(&what, memory as f64 * 1e-6, bytes * 1e-6));
+            }
+        }
+        checks
+    }
+
+    /// A GPU is far faster than the naive loop on it.
+    fn baselines(&self) -> Vec<Check> {
+        let mut checks = Vec::new();
+        let baseline = format!("naive loop, {}", self.device);
+        for count in [1_000, 10_000] {
+            let plain = self.find_on(&baseline, Kind::Uniform.words(), count, self.size);
+            if let (Some(row), Some(plain)) = (self.uniform(count), plain) {
+                let what =
+                    format!("{} spheres, the plain loop over a moved frame", self::count(count));
+                checks.push(check(&what, self.device, frame(plain) / frame(row), 10.0, true));
+            }
+        }
+        checks
+    }
+
+    /// Processor time of a GPU's frames of many small spheres.
+    fn small(&self) -> Vec<Check> {
+        let mut checks = Vec::new();
+        for (scene, count, limit) in
+            [("uniform, 4 px", 100_000, 60.0), ("uniform, 1 px", 1_000_000, 120.0)]
+        {
+            if let Some(row) = self.find(scene, count) {
+                let what =
+                    format!("{} spheres, {scene}, moved frame, processor ms", self::count(count));
+                checks.push(self.at_most(&what, frame(row), limit));
+            }
+        }
+        checks
+    }
 }
 
 /// A table of goals; nothing if there are none.
@@ -953,6 +1096,14 @@ impl Report {
                  ns are of a moved frame's cpu. Pixels are compared with exact decisions; the \
                  baselines may be wrong, the devices not.\n\
                  \n";
+        text += &self.times().text();
+        text.push('\n');
+        text += &self.costs().text();
+        text + &goals(&self.checks)
+    }
+
+    /// How long pictures take.
+    fn times(&self) -> Table {
         let median = |timing: Option<Timing>| number(timing.map(|t| t.wall.median));
         let cpu = |timing: Option<Timing>| number(timing.and_then(|t| t.cpu).map(|cpu| cpu.median));
         let spread = |timing: Option<Timing>| match timing {
@@ -991,8 +1142,11 @@ impl Report {
                 median(row.unchanged),
             ]);
         }
-        text += &table.text();
-        text.push('\n');
+        table
+    }
+
+    /// What a pixel, a sphere, and a test cost, and how many pixels are wrong.
+    fn costs(&self) -> Table {
         let mut table = Table::new(&[
             "scene",
             "spheres",
@@ -1024,8 +1178,7 @@ impl Report {
                 row.compared.to_string(),
             ]);
         }
-        text += &table.text();
-        text + &goals(&self.checks)
+        table
     }
 
     /// Whether a device (not a baseline) was wrong anywhere.
