@@ -826,75 +826,80 @@ impl Report {
                 .take_while(|row| row.scene == first.scene && row.spheres == first.spheres)
                 .count();
             text += &format!("\n{} spheres, {}\n", count(first.spheres), first.scene);
-            let mut table = Table::new(&[
-                "method",
-                "on",
-                "ms",
-                "cpu",
-                "ns/pixel",
-                "ns/test",
-                "missed",
-                "extra",
-                "swapped",
-                "depth ulp",
-                "relative",
-                "outline px",
-                "open",
-                "decided",
-            ]);
-            for row in &rows[..same] {
-                let all = row.pixels == self.image[0] as usize * self.image[1] as usize;
-                let [low, high] =
-                    [row.time.wall.least, row.time.wall.greatest].map(|v| number(Some(v)));
-                table.row(vec![
-                    if all {
-                        row.words.into()
-                    } else {
-                        format!("{} ({} px)", row.words, row.pixels)
-                    },
-                    row.device.clone(),
-                    format!("{} ({low}-{high})", number(Some(row.time.wall.median))),
-                    number(row.time.cpu.map(|cpu| cpu.median)),
-                    number(Some(row.ns_per_pixel)),
-                    number(row.ns_per_test),
-                    row.wrong.missed.to_string(),
-                    row.wrong.extra.to_string(),
-                    row.wrong.swapped.to_string(),
-                    number(row.depth_ulp),
-                    number(row.depth_relative),
-                    number(Some(row.silhouette)),
-                    row.open.map_or("-".into(), |open| open.to_string()),
-                    row.decided.map_or("-".into(), |d| {
-                        format!("{} / {} / {}", d.bits100, d.bits128, d.big)
-                    }),
-                ]);
-            }
-            text += &table.text();
+            text += &self.methods(&rows[..same]).text();
             rows = &rows[same..];
         }
         if !self.price.is_empty() {
             text += "\nThe price of exactness, 1024 x 1024 pixels (--quick: the size above; cubic \
                      lattices: one less): processor ms with everything, and\nwith bounds and \
                      decisions switched off, in turn\n";
-            let mut table = Table::new(&[
-                "scene", "spheres", "on", "full", "off", "ratio", "least", "greatest", "runs",
-            ]);
-            for price in &self.price {
-                table.row(vec![
-                    price.scene.clone(),
-                    count(price.spheres),
-                    price.device.clone(),
-                    number(Some(price.full.median)),
-                    number(Some(price.uncertified.median)),
-                    number(Some(price.ratio.median)),
-                    number(Some(price.ratio.least)),
-                    number(Some(price.ratio.greatest)),
-                    price.ratio.runs.to_string(),
-                ]);
-            }
-            text += &table.text();
+            text += &self.prices().text();
         }
         text + &super::speed::goals(&self.checks)
+    }
+
+    /// The methods on one scene.
+    fn methods(&self, rows: &[Row]) -> Table {
+        let mut table = Table::new(&[
+            "method",
+            "on",
+            "ms",
+            "cpu",
+            "ns/pixel",
+            "ns/test",
+            "missed",
+            "extra",
+            "swapped",
+            "depth ulp",
+            "relative",
+            "outline px",
+            "open",
+            "decided",
+        ]);
+        for row in rows {
+            let all = row.pixels == self.image[0] as usize * self.image[1] as usize;
+            let [low, high] =
+                [row.time.wall.least, row.time.wall.greatest].map(|v| number(Some(v)));
+            table.row(vec![
+                if all { row.words.into() } else { format!("{} ({} px)", row.words, row.pixels) },
+                row.device.clone(),
+                format!("{} ({low}-{high})", number(Some(row.time.wall.median))),
+                number(row.time.cpu.map(|cpu| cpu.median)),
+                number(Some(row.ns_per_pixel)),
+                number(row.ns_per_test),
+                row.wrong.missed.to_string(),
+                row.wrong.extra.to_string(),
+                row.wrong.swapped.to_string(),
+                number(row.depth_ulp),
+                number(row.depth_relative),
+                number(Some(row.silhouette)),
+                row.open.map_or("-".into(), |open| open.to_string()),
+                row.decided
+                    .map_or("-".into(), |d| format!("{} / {} / {}", d.bits100, d.bits128, d.big)),
+            ]);
+        }
+        table
+    }
+
+    /// What exactness costs.
+    fn prices(&self) -> Table {
+        let mut table = Table::new(&[
+            "scene", "spheres", "on", "full", "off", "ratio", "least", "greatest", "runs",
+        ]);
+        for price in &self.price {
+            table.row(vec![
+                price.scene.clone(),
+                count(price.spheres),
+                price.device.clone(),
+                number(Some(price.full.median)),
+                number(Some(price.uncertified.median)),
+                number(Some(price.ratio.median)),
+                number(Some(price.ratio.least)),
+                number(Some(price.ratio.greatest)),
+                price.ratio.runs.to_string(),
+            ]);
+        }
+        table
     }
 
     /// Wrong pixels where none may be: by the filter alone, the full chain and exact decisions.

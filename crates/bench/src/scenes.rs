@@ -129,6 +129,8 @@ const DISTANCE: f64 = 16.0;
 /// Bonds and radii of atoms, in hundredths of a nanometre.
 const BOND: f64 = 15.0;
 const ATOMS: [f64; 4] = [17.0, 12.0, 15.5, 15.2];
+/// Makes all that is random.
+const RANDOM: Random = Random { seed: 1 };
 
 impl Recipe {
     /// Of some kind and count at 7 % of the volume, orthographic.
@@ -180,95 +182,73 @@ impl Recipe {
         Made { name: self.name(), scene, camera: camera(corner, side, self.projection) }
     }
 
+    /// The spheres, in a unit cube unless their kind has another.
     fn cube(&self, image: ImageSize) -> Cube {
         let count = self.count;
-        let radius = match self.size {
-            Size::Volume => Cloud::new(count.max(1) as u32, 1).radius(),
-            Size::Pixels(radius) => (radius * WIDTH / f64::from(image.width)) as f32,
-        };
-        let random = Random { seed: 1 };
-        let unit =
-            |index: usize| Vec3::from_array([0, 1, 2].map(|k| random.unit(3 * index as u64 + k)));
-        let away = |point: Vec3, by: f64| {
-            (point.as_dvec3() + by * (DIRECTION / DIRECTION.length())).as_vec3()
-        };
-        // To the right in the picture by four widths of the cube.
-        let beside = |point: Vec3| point + 4.0 * DIRECTION.cross(DVec3::Z).normalize().as_vec3();
+        let radius = self.radius(image);
         let same = Radii::Same(radius.into());
-        let cube = |centers: Vec<f32>, radii: Radii| Cube {
-            centers,
-            radii,
-            corner: DVec3::ZERO,
-            side: 1.0,
-        };
         let kind = if count == 0 { Kind::Empty } else { self.kind };
         match kind {
-            Kind::Empty => cube(Vec::new(), same),
-            Kind::Uniform => cube(fill(count, unit), same),
-            Kind::Clustered => {
-                let place = |index: usize| {
-                    let heap = random.bits(index as u64) % 32;
-                    let middle = Vec3::from_array(
-                        [0, 1, 2].map(|k| 0.15 + 0.7 * random.unit(1_000_003 * (heap + 1) + k)),
-                    );
-                    // The sum of three even numbers is close to a bell.
-                    let near = (unit(3 * index + 1) + unit(3 * index + 2) + unit(3 * index + 3)
-                        - 1.5)
-                        * 0.06;
-                    (middle + near).clamp(Vec3::ZERO, Vec3::ONE)
-                };
-                cube(fill(count, place), same)
-            }
-            Kind::Lattice => {
-                let lattice = Lattice::new(count as u32);
-                let centers = fill(count, |index| lattice.sphere(index as u32).0.into());
-                let side = centers.iter().copied().fold(1.0, f32::max);
-                Cube {
-                    centers,
-                    radii: Radii::Same(lattice.radius().into()),
-                    corner: DVec3::ZERO,
-                    side: side.into(),
-                }
-            }
-            Kind::Molecule => self.molecule(random),
-            Kind::HotPixel => {
-                let pixel = WIDTH / f64::from(image.width);
-                let place = |index: usize| {
-                    let [x, y, z] = (unit(index) - 0.5).as_dvec3().to_array();
-                    let (right, up) = (DIRECTION.cross(DVec3::Z).normalize(), DVec3::Z);
-                    let aside = pixel * (x * right + y * up.reject_from(DIRECTION).normalize());
-                    (DVec3::splat(0.5) + z * DIRECTION / DIRECTION.length() + aside).as_vec3()
-                };
-                let radius = if self.size == Size::Volume { 4.0 * pixel } else { radius.into() };
-                cube(fill(count, place), Radii::Same(f64::from(radius as f32)))
-            }
-            Kind::OffScreen => cube(fill(count, |index| beside(unit(index))), same),
+            Kind::Empty => Cube::unit(Vec::new(), same),
+            Kind::Uniform => Cube::unit(fill(count, unit), same),
+            Kind::Clustered => Cube::unit(fill(count, clustered), same),
+            Kind::Lattice => lattice(count),
+            Kind::Molecule => self.molecule(RANDOM),
+            Kind::HotPixel => self.hot_pixel(image),
+            Kind::OffScreen => Cube::unit(fill(count, |index| beside(unit(index))), same),
             Kind::MostlyOffScreen => {
                 let place = |index: usize| {
                     if index.is_multiple_of(100) { unit(index) } else { beside(unit(index)) }
                 };
-                cube(fill(count, place), same)
+                Cube::unit(fill(count, place), same)
             }
-            Kind::Hidden | Kind::MostlyHidden => {
-                let shown =
-                    |index: usize| self.kind == Kind::MostlyHidden && index.is_multiple_of(100);
-                let big = count - 1;
-                let place = |index: usize| match index {
-                    _ if index == big => away(Vec3::splat(0.5), -4.5),
-                    _ if shown(index) => away(unit(index), -9.5),
-                    _ => unit(index),
-                };
-                let mut radii = vec![radius; count];
-                radii[big] = 3.0;
-                cube(fill(count, place), Radii::Each(Reals::F32(radii.into())))
-            }
-            Kind::Twice => cube(fill(count, |index| unit(index % count.div_ceil(2))), same),
+            Kind::Hidden | Kind::MostlyHidden => self.hidden(radius),
+            Kind::Twice => Cube::unit(fill(count, |index| unit(index % count.div_ceil(2))), same),
             Kind::Coincident => {
                 let place =
                     |index: usize| unit(index / 8) + 1e-4 * radius * (unit(count + index) - 0.5);
-                cube(fill(count, place), same)
+                Cube::unit(fill(count, place), same)
             }
         }
+    }
+
+    /// The radius of all spheres, where a kind has no other.
+    fn radius(&self, image: ImageSize) -> f32 {
+        match self.size {
+            Size::Volume => Cloud::new(self.count.max(1) as u32, 1).radius(),
+            Size::Pixels(radius) => (radius * WIDTH / f64::from(image.width)) as f32,
+        }
+    }
+
+    /// Spheres whose centres all lie behind the pixel in the middle.
+    fn hot_pixel(&self, image: ImageSize) -> Cube {
+        let pixel = WIDTH / f64::from(image.width);
+        let place = |index: usize| {
+            let [x, y, z] = (unit(index) - 0.5).as_dvec3().to_array();
+            let (right, up) = (DIRECTION.cross(DVec3::Z).normalize(), DVec3::Z);
+            let aside = pixel * (x * right + y * up.reject_from(DIRECTION).normalize());
+            (DVec3::splat(0.5) + z * DIRECTION / DIRECTION.length() + aside).as_vec3()
+        };
+        let radius = match self.size {
+            Size::Volume => 4.0 * pixel,
+            Size::Pixels(_) => self.radius(image).into(),
+        };
+        Cube::unit(fill(self.count, place), Radii::Same(f64::from(radius as f32)))
+    }
+
+    /// Spheres behind a large one, the last; some in front of it, if that is the kind.
+    fn hidden(&self, radius: f32) -> Cube {
+        let count = self.count;
+        let shown = |index: usize| self.kind == Kind::MostlyHidden && index.is_multiple_of(100);
+        let big = count - 1;
+        let place = |index: usize| match index {
+            _ if index == big => away(Vec3::splat(0.5), -4.5),
+            _ if shown(index) => away(unit(index), -9.5),
+            _ => unit(index),
+        };
+        let mut radii = vec![radius; count];
+        radii[big] = 3.0;
+        Cube::unit(fill(count, place), Radii::Each(Reals::F32(radii.into())))
     }
 
     /// A random walk of one bond a step inside a box that it fills half; scaled to the unit cube.
@@ -289,12 +269,7 @@ impl Recipe {
             at = at.abs();
             at = at.min(2.0 * DVec3::splat(side) - at);
         }
-        Cube {
-            centers,
-            radii: Radii::Each(Reals::F32(radii.into())),
-            corner: DVec3::ZERO,
-            side: 1.0,
-        }
+        Cube::unit(centers, Radii::Each(Reals::F32(radii.into())))
     }
 }
 
@@ -304,6 +279,51 @@ struct Cube {
     radii: Radii,
     corner: DVec3,
     side: f64,
+}
+
+impl Cube {
+    /// The unit cube.
+    fn unit(centers: Vec<f32>, radii: Radii) -> Self {
+        Self { centers, radii, corner: DVec3::ZERO, side: 1.0 }
+    }
+}
+
+/// A random place in the unit cube.
+fn unit(index: usize) -> Vec3 {
+    Vec3::from_array([0, 1, 2].map(|k| RANDOM.unit(3 * index as u64 + k)))
+}
+
+/// A random place in one of 32 heaps.
+fn clustered(index: usize) -> Vec3 {
+    let heap = RANDOM.bits(index as u64) % 32;
+    let middle =
+        Vec3::from_array([0, 1, 2].map(|k| 0.15 + 0.7 * RANDOM.unit(1_000_003 * (heap + 1) + k)));
+    // The sum of three even numbers is close to a bell.
+    let near = (unit(3 * index + 1) + unit(3 * index + 2) + unit(3 * index + 3) - 1.5) * 0.06;
+    (middle + near).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// A point, further away from the eye by some sides of the cube.
+fn away(point: Vec3, by: f64) -> Vec3 {
+    (point.as_dvec3() + by * (DIRECTION / DIRECTION.length())).as_vec3()
+}
+
+/// A point, to the right in the picture by four sides of the cube.
+fn beside(point: Vec3) -> Vec3 {
+    point + 4.0 * DIRECTION.cross(DVec3::Z).normalize().as_vec3()
+}
+
+/// Touching spheres on a lattice, in a cube that holds their centres.
+fn lattice(count: usize) -> Cube {
+    let lattice = Lattice::new(count as u32);
+    let centers = fill(count, |index| lattice.sphere(index as u32).0.into());
+    let side = centers.iter().copied().fold(1.0, f32::max);
+    Cube {
+        centers,
+        radii: Radii::Same(lattice.radius().into()),
+        corner: DVec3::ZERO,
+        side: side.into(),
+    }
 }
 
 /// The centres of `count` spheres.
