@@ -8,6 +8,7 @@ use planisphere_core::{
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     cpu::Cpu,
     exact::decide::{Tally, Truth},
+    ids::SphereIndex,
     project::{BATCH, Batch, Projector},
     scene::{Ball, Block, Scene},
     simd,
@@ -114,8 +115,7 @@ fn decide(bencher: Bencher, hardness: Hardness) {
     let bounds = Scene::from_spheres(&[]).expect("an empty scene").bounds();
     let truth = Truth::new(&view, bounds);
     bencher.bench_local(|| {
-        let spheres =
-            divan::black_box(balls).into_iter().zip(0..).map(|(ball, index)| (index, ball));
+        let spheres = (0..).map(SphereIndex).zip(divan::black_box(balls));
         truth.pixel(4, 4).nearest(spheres, &mut Tally::default())
     });
 }

@@ -36,7 +36,7 @@ use planisphere_core::{
     bins::KeepAll,
     camera::{Camera, ImageSize, Projection, Region, ScreenSize, View},
     exact::{dd::Bounded, decide::Truth},
-    ids::{NONE, UNDECIDED},
+    ids::{NONE, Slot, SortedIndex, TileIndex, UNDECIDED},
     scene::{Bounds, Scene},
 };
 use planisphere_gpu::{
@@ -85,7 +85,7 @@ fn emulated(
     let mut modules = HashMap::new();
     let mut dispatch = |clipped: bool,
                         disorder: f32,
-                        entries: &[u32],
+                        entries: &[SortedIndex],
                         segments: &[Segment],
                         tiles: &[plan::Tile]| {
         let projection = eye.projection();
@@ -140,19 +140,23 @@ fn emulated(
             }
         }
     };
-    let table = |segments: &[Segment], slot: &dyn Fn(usize, &Segment) -> u32| -> Vec<plan::Tile> {
-        let made = |(k, s): (usize, &Segment)| plan::Tile {
-            start: s.start,
-            count: s.count,
-            slot: slot(k, s),
-            ..band.place(s.tile).tile
+    type Place<'a> = &'a dyn Fn(usize, &Segment) -> (Slot, u32);
+    let table = |segments: &[Segment], place: Place<'_>| -> Vec<plan::Tile> {
+        let made = |(k, s): (usize, &Segment)| {
+            let (slot, flags) = place(k, s);
+            plan::Tile {
+                start: s.start,
+                count: s.count,
+                slot: slot.0 | flags,
+                ..band.place(s.tile).tile
+            }
         };
         segments.iter().enumerate().map(made).collect()
     };
     for pass in &passes {
         let slot = |k: usize, s: &Segment| match single {
-            true => k as u32 | FRESH | LAST,
-            false => s.tile | if s.fresh { FRESH } else { 0 },
+            true => (Slot(k as u32), FRESH | LAST),
+            false => (s.tile.slot(), if s.fresh { FRESH } else { 0 }),
         };
         let tiles = table(&pass.segments, &slot);
         dispatch(
@@ -170,7 +174,9 @@ fn emulated(
             .map(|tile| Segment { tile, start: 0, count: 0, fresh: false })
             .collect();
         // An empty list reads an entry all the same.
-        dispatch(false, plan::NEVER, &[0], &met, &table(&met, &|_, s| s.tile | LAST));
+        let entry = [SortedIndex(0)];
+        let tiles = table(&met, &|_, s| (s.tile.slot(), LAST));
+        dispatch(false, plan::NEVER, &entry, &met, &tiles);
     }
     for &tile in &band.host {
         fill(&mut ids, region, band.columns, tile, &[UNDECIDED; TILE_PIXELS]);
@@ -179,8 +185,8 @@ fn emulated(
 }
 
 /// The pixels of a tile, column by column, into their places.
-fn fill(ids: &mut [i32], region: Region, columns: u32, tile: u32, pixels: &[i32]) {
-    let (x, y) = (tile % columns * TILE, tile / columns * TILE);
+fn fill(ids: &mut [i32], region: Region, columns: u32, tile: TileIndex, pixels: &[i32]) {
+    let (x, y) = (tile.0 % columns * TILE, tile.0 / columns * TILE);
     for row in 0..TILE.min(region.height - y) {
         for column in 0..TILE.min(region.width - x) {
             ids[((y + row) * region.width + x + column) as usize] =

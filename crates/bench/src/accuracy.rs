@@ -27,7 +27,7 @@ use planisphere_core::{
     depth,
     drawing::{Counts, Drawing},
     exact::decide::{Tally, Truth},
-    ids::UNDECIDED,
+    ids::{SphereIndex, UNDECIDED},
     project::Projector,
     scene::{Ball, Scene, Sphere},
 };
@@ -641,10 +641,10 @@ fn everything_exact(
         let (mut tally, mut tests) = (Tally::default(), 0u64);
         let balls = lists.tile(&grid, tile).iter().filter(inside).map(|entry| {
             tests += 1;
-            (entry.index, Ball::from(made.scene.known(entry.index as usize)))
+            (entry.index, Ball::from(made.scene.known(entry.index.at())))
         });
         let pixel = truth.pixel(column as u32, row as u32);
-        let id = pixel.nearest(balls, &mut tally).map_or(-1, |id| id as i32);
+        let id = pixel.nearest(balls, &mut tally).map_or(-1, SphereIndex::id);
         (id, tally, tests)
     };
     let mut samples = Samples::default();

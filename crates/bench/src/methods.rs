@@ -139,7 +139,7 @@ impl<F: Roots> simd::Work for Paint<'_, F> {
         let [near, far] = self.planes;
         let mut tests = 0;
         for entry in self.lists {
-            let sphere = self.spheres.known(entry.index as usize);
+            let sphere = self.spheres.known(entry.index.at());
             let (center, radius) = (sphere.center.as_vec3().to_array(), sphere.radius as f32);
             let [left, right, top, bottom] = entry.window.map(usize::from);
             for row in top..=bottom {
@@ -157,7 +157,7 @@ impl<F: Roots> simd::Work for Paint<'_, F> {
                         let t = if one >= near { one } else { other };
                         let wins = (square >= 0.0) & (t >= near) & (t <= far) & (t < depth[k]);
                         depth[k] = if wins { t } else { depth[k] };
-                        id[k] = if wins { entry.index as i32 } else { id[k] };
+                        id[k] = if wins { entry.index.id() } else { id[k] };
                     }
                 }
             }

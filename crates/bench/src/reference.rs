@@ -11,6 +11,7 @@ use planisphere_core::{
     bins::{Binner, Entry, KeepAll, Workspace, split},
     camera::{Projection, Region, View},
     exact::decide::{Hit, Tally, Truth},
+    ids::SphereIndex,
     scene::{Ball, Scene},
 };
 
@@ -29,7 +30,7 @@ pub struct Reference {
 
 /// A tile's pixels.
 struct State {
-    best: Vec<Option<(u32, Hit)>>,
+    best: Vec<Option<(SphereIndex, Hit)>>,
     /// Upper bound of the best's distance.
     high: Vec<f64>,
     covered: u64,
@@ -68,8 +69,8 @@ pub fn exact(scene: &Scene, view: &View, region: Region) -> Reference {
         let (x, y) = (tile % grid.columns as usize * side, tile / grid.columns as usize * side);
         for row in y..(y + side).min(region.height as usize) {
             for column in x..(x + side).min(width) {
-                if let Some((id, _)) = &state.best[(row - y) * side + column - x] {
-                    ids[row * width + column] = *id as i32;
+                if let Some((index, _)) = &state.best[(row - y) * side + column - x] {
+                    ids[row * width + column] = index.id();
                 }
             }
         }
@@ -88,7 +89,7 @@ fn decide(
 ) {
     let (s, projector) = (&entry.sphere, &binner.projector);
     let mut tally = Tally::default();
-    let ball = Ball::from(scene.known(entry.index as usize));
+    let ball = Ball::from(scene.known(entry.index.at()));
     let orthographic = projector.projection == Projection::Orthographic;
     let reach = (s.r + 1e3 * s.bound()) * (1.0 + 1e-9);
     let [left, right, top, bottom] = entry.window.map(usize::from);
@@ -171,12 +172,14 @@ mod tests {
     /// Every sphere at every pixel, with no lists.
     fn plainly(scene: &Scene, view: &View, region: Region) -> Vec<i32> {
         let truth = Truth::new(view, scene.bounds());
-        let balls = || (0..scene.len()).map(|k| (k as u32, Ball::from(scene.known(k))));
+        let ball = |k: usize| (SphereIndex(k as u32), Ball::from(scene.known(k)));
+        let balls = || (0..scene.len()).map(ball);
         let pixels = (region.y..region.y + region.height)
             .flat_map(|j| (region.x..region.x + region.width).map(move |i| (i, j)));
         pixels
             .map(|(i, j)| {
-                truth.pixel(i, j).nearest(balls(), &mut Tally::default()).map_or(-1, |id| id as i32)
+                let seen = truth.pixel(i, j).nearest(balls(), &mut Tally::default());
+                seen.map_or(-1, SphereIndex::id)
             })
             .collect()
     }

@@ -14,6 +14,7 @@ use crate::{
     drawing::Met,
     exact::decide::Truth,
     float::U,
+    ids::{SortedIndex, SphereIndex},
     order::{GROUP, Ordered},
     pool,
     project::{BATCH, Batch, Projector},
@@ -137,39 +138,40 @@ pub trait Item: Copy + Default + Send + Sync {
     /// have one start for each slab of each tile, and no least depths.
     const BY_TILE: bool = false;
 
-    /// For a sphere that begins at depth `nearest`, and its pixels in the tile.
-    fn new(sphere: Projected, nearest: f64, index: u32, window: Window) -> Self;
+    /// For a sphere that begins at depth `nearest`, and its pixels in the tile. Its number is that
+    /// among what lists are made of: a [`SphereIndex`]; of a scene in order a [`SortedIndex`]; of
+    /// clusters that stand for their spheres ([`Ordered::groups`]) that of a cluster.
+    fn new(sphere: Projected, nearest: f64, number: u32, window: Window) -> Self;
 }
 
-/// The place of a sphere on the device.
-impl Item for u32 {
+impl Item for SortedIndex {
     const BY_TILE: bool = true;
 
     #[inline(always)]
-    fn new(_: Projected, _: f64, index: u32, _: Window) -> Self {
-        index
+    fn new(_: Projected, _: f64, number: u32, _: Window) -> Self {
+        Self(number)
     }
 }
 
 /// First and last column, first and last row inside a tile.
 pub type Window = [u8; 4];
 
-/// A sphere in view space and its pixels in this tile.
+/// A sphere in view space and its pixels in this tile, in lists of a scene that is not in order.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Entry {
     /// The sphere.
     pub sphere: Projected,
-    /// Its index in the scene.
-    pub index: u32,
+    /// Which it is.
+    pub index: SphereIndex,
     /// Its pixels.
     pub window: Window,
 }
 
 impl Item for Entry {
     #[inline(always)]
-    fn new(sphere: Projected, _: f64, index: u32, window: Window) -> Self {
-        Self { sphere, index, window }
+    fn new(sphere: Projected, _: f64, number: u32, window: Window) -> Self {
+        Self { sphere, index: SphereIndex(number), window }
     }
 }
 
@@ -192,11 +194,11 @@ pub trait Keep: Sync {
     }
 
     /// The occluder of a tile, if it has one: a sphere that certainly covers all of its pixels, and
-    /// hides whatever is not kept there. Gives its number in the lists and its near depth. It is
-    /// appended to the tile's list only if a listed sphere may reach behind that depth, or if later
-    /// batches of lists follow.
+    /// hides whatever is not kept there. Gives its place and its near depth. It is appended to the
+    /// tile's list only if a listed sphere may reach behind that depth, or if later batches of
+    /// lists follow.
     #[inline(always)]
-    fn behind(&self, _tile: usize) -> Option<(u32, f64)> {
+    fn behind(&self, _tile: usize) -> Option<(SortedIndex, f64)> {
         None
     }
 
@@ -268,8 +270,8 @@ impl<I> Lists<I> {
 pub struct Binner<'a> {
     /// The spheres.
     pub scene: &'a Scene,
-    /// The same in order: then groups are looked at first, ranges count groups, and indices are
-    /// places in the order.
+    /// The same in order: then groups are looked at first, ranges count groups, and what is listed
+    /// is numbered by its place in the order.
     pub ordered: Option<&'a Ordered>,
     /// The camera.
     pub projector: Projector,
@@ -364,14 +366,14 @@ impl<'a> Binner<'a> {
                         tile: usize,
                         sphere: Projected,
                         nearest: f64,
-                        index: u32,
+                        number: u32,
                         window: Window| {
                 if I::BY_TILE
                     && let Some((_, begins)) = keep.behind(tile)
                 {
                     found.mixed[tile] |= !(sphere.farthest() < begins);
                 }
-                found.add(key, tile, nearest, I::new(sphere, nearest, index, window))
+                found.add(key, tile, nearest, I::new(sphere, nearest, number, window))
             };
             (left.start, found.met) =
                 simd::dispatch(Visit { binner: self, spheres: left.clone(), keep, limit, emit });
@@ -497,7 +499,7 @@ impl<'a, I: Item, K: Keep> Scan<'a, I, K> {
             && (!*whole || found.iter().any(|found| found.mixed[tile]))
             && let Some(first) = found.first_mut()
         {
-            let item = I::new(Projected::default(), begins, index, Window::default());
+            let item = I::new(Projected::default(), begins, index.0, Window::default());
             first.add(self.grid.key(tile, begins), tile, begins, item);
             nearest = nearest.min(begins);
         }
@@ -638,7 +640,8 @@ fn split_into(all: Range<usize>, least: usize, multiple: usize) -> Vec<Range<usi
 }
 
 /// Projects spheres and hands out what is kept, tile by tile; ends early once `emit` answers
-/// `limit` or more.
+/// `limit` or more. Takes the key, the tile, the sphere, where it begins, its number (see
+/// [`Item::new`]) and its pixels.
 struct Visit<'a, K, F> {
     binner: &'a Binner<'a>,
     spheres: Range<usize>,
@@ -754,7 +757,7 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
     /// Offers a sphere to its tiles. Returns what `emit` said last, and whether the sphere lies
     /// behind all else in some.
     #[inline(always)]
-    fn place(&mut self, batch: &Batch, k: usize, index: u32, mut found: usize) -> (usize, bool) {
+    fn place(&mut self, batch: &Batch, k: usize, number: u32, mut found: usize) -> (usize, bool) {
         let grid = &self.binner.grid;
         let (left, right, top, bottom) =
             (batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]);
@@ -766,13 +769,13 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> Visi
         let keep = self.keep;
         let tile_at =
             |column: i32, row: i32| row as usize * grid.columns as usize + column as usize;
-        let covers = |tile: usize| keep.behind(tile).is_some_and(|(other, _)| other == index);
+        let covers = |tile: usize| keep.behind(tile).is_some_and(|(other, _)| other.0 == number);
         let mut offer = |tile: usize, window: Window| {
             if covers(tile) {
                 behind = true;
             } else if !outside(nearest, keep.depths(tile)) && keep.keep(tile, nearest, window) {
                 let key = grid.key(tile, nearest);
-                found = (self.emit)(key, tile, batch.sphere(k), nearest, index, window);
+                found = (self.emit)(key, tile, batch.sphere(k), nearest, number, window);
             }
         };
         if left_tile == right_tile && top_tile == bottom_tile {

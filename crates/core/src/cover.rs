@@ -51,7 +51,7 @@ impl Cover {
             farthest: f64::INFINITY,
         };
         for &index in scene.large() {
-            let (block, at) = scene.locate(index as usize);
+            let (block, at) = scene.locate(index.at());
             let sphere = projector.project(block.center(at), block.radius(at));
             match projector.projection {
                 Projection::Orthographic => cover.add::<false>(projector, &sphere),

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::{
     host::Host,
+    ids::{SortedIndex, SphereIndex},
     pair,
     project::BATCH,
     scene::{Ball, Block, Colors, Radii, Reals, Scene},
@@ -34,9 +35,10 @@ const RANGE: i32 = 400;
 pub struct Ordered {
     /// The same centres and radii, to the bit; colours are left out.
     pub block: Block,
-    /// Index in the scene of each sphere.
-    pub indices: Vec<u32>,
-    /// First sphere of each group, and their number at the end.
+    /// Index in the scene of each sphere, by its [`SortedIndex`].
+    pub indices: Vec<SphereIndex>,
+    /// First sphere of each group, and their number at the end: by the number of a group, places in
+    /// this order.
     pub starts: Vec<u32>,
     /// Sphere `k` holds group `k` whole.
     pub groups: Scene,
@@ -73,7 +75,7 @@ impl Ordered {
         self.indices.is_empty()
     }
 
-    fn of(scene: &Scene, (indices, starts): (Vec<u32>, Vec<u32>)) -> Self {
+    fn of(scene: &Scene, (indices, starts): (Vec<SphereIndex>, Vec<u32>)) -> Self {
         let bounds = scene.bounds();
         let blocks = || scene.blocks().map(|(_, block)| block).filter(|block| !block.is_empty());
         let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
@@ -123,13 +125,12 @@ impl Ordered {
         }
     }
 
-    /// Where some spheres lie, given by ascending indices in the scene; none for those that are
-    /// left out.
-    pub fn places_of(&self, indices: &[u32]) -> Vec<Option<u32>> {
-        let number = |(place, index): (usize, &u32)| {
-            Some((indices.binary_search(index).ok()?, place as u32))
+    /// Where some spheres lie, given by ascending indices; none for those that are left out.
+    pub fn places_of(&self, indices: &[SphereIndex]) -> Vec<Option<SortedIndex>> {
+        let number = |(place, index): (usize, &SphereIndex)| {
+            Some((indices.binary_search(index).ok()?, SortedIndex(place as u32)))
         };
-        let found: Vec<(usize, u32)> =
+        let found: Vec<(usize, SortedIndex)> =
             self.indices.par_iter().enumerate().filter_map(number).collect();
         let mut places = vec![None; indices.len()];
         found.into_iter().for_each(|(number, place)| places[number] = Some(place));
@@ -143,7 +144,7 @@ impl Ordered {
     }
 
     /// The index of the only sphere of a group; none if there are several.
-    pub fn only(&self, group: u32) -> Option<u32> {
+    pub fn only(&self, group: u32) -> Option<SphereIndex> {
         let [first, end] = [0, 1].map(|k| self.starts[group as usize + k]);
         (end - first == 1).then(|| self.indices[first as usize])
     }
@@ -178,21 +179,21 @@ fn usable(scene: &Scene) -> bool {
     far < limit && bounds.max_radius < limit && bounds.min_radius > 1.0 / limit && !scene.is_empty()
 }
 
-fn center(scene: &Scene, index: u32) -> DVec3 {
-    let (block, at) = scene.locate(index as usize);
+fn center(scene: &Scene, index: SphereIndex) -> DVec3 {
+    let (block, at) = scene.locate(index.at());
     block.center(at)
 }
 
-fn radius(scene: &Scene, index: u32) -> f64 {
-    let (block, at) = scene.locate(index as usize);
+fn radius(scene: &Scene, index: SphereIndex) -> f64 {
+    let (block, at) = scene.locate(index.at());
     block.radius(at)
 }
 
 /// `width` numbers of each of some spheres.
 fn gather<T: Copy + Default + Send + Sync>(
-    indices: &[u32],
+    indices: &[SphereIndex],
     width: usize,
-    write: impl Fn(u32, &mut [T]) + Sync,
+    write: impl Fn(SphereIndex, &mut [T]) + Sync,
 ) -> Vec<T> {
     const PART: usize = 1 << 12;
     let mut numbers = vec![T::default(); width * indices.len()];
@@ -222,7 +223,7 @@ struct Item {
     /// Place in the scene's box, from 0 to [`ONE`] on its longest side; the last bits of x are the
     /// sphere's class of size.
     at: [u32; 3],
-    index: u32,
+    index: SphereIndex,
 }
 
 const ONE: f64 = (1u64 << 32) as f64;
@@ -253,14 +254,14 @@ fn add_up(counts: &mut [u32], first: u32) -> u32 {
 
 /// Indices in ascending order, without those of spheres that are the same as an earlier one: all of
 /// them, unless many are the same.
-fn distinct(scene: &Scene) -> Vec<u32> {
+fn distinct(scene: &Scene) -> Vec<SphereIndex> {
     /// A first look takes one sphere in this many. A hash of its numbers chooses it, so that equal
     /// spheres are chosen together.
     const SAMPLE: u64 = 64;
-    let same = |a: u32, b: u32| {
+    let same = |a: SphereIndex, b: SphereIndex| {
         center(scene, a) == center(scene, b) && radius(scene, a) == radius(scene, b)
     };
-    let hash = |index: u32| {
+    let hash = |index: SphereIndex| {
         let DVec3 { x, y, z } = center(scene, index);
         [x, y, z, radius(scene, index)].iter().fold(0u64, |hash, number| {
             // Both zeros are equal.
@@ -273,8 +274,9 @@ fn distinct(scene: &Scene) -> Vec<u32> {
         let hashes = (0..scene.len() as u32)
             .into_par_iter()
             .with_min_len(1 << 12)
-            .map(|index| (hash(index), index));
-        let mut hashes: Vec<(u64, u32)> = hashes.filter(|(hash, _)| hash % of == 0).collect();
+            .map(|index| (hash(SphereIndex(index)), SphereIndex(index)));
+        let mut hashes: Vec<(u64, SphereIndex)> =
+            hashes.filter(|(hash, _)| hash % of == 0).collect();
         hashes.par_sort_unstable();
         let later = hashes.par_chunk_by(|a, b| a.0 == b.0).flat_map_iter(|equal| {
             // Different spheres seldom have one hash: what is the same as the first of them is
@@ -282,21 +284,21 @@ fn distinct(scene: &Scene) -> Vec<u32> {
             let first = equal[0].1;
             equal[1..].iter().map(|(_, index)| *index).filter(move |&index| same(first, index))
         });
-        (later.collect::<Vec<u32>>(), hashes.len())
+        (later.collect::<Vec<SphereIndex>>(), hashes.len())
     };
     let (some, of) = repeated(SAMPLE);
-    let all = 0..scene.len() as u32;
+    let all = (0..scene.len() as u32).map(SphereIndex);
     if some.len() * 16 <= of {
         return all.collect();
     }
     let mut keep = vec![true; scene.len()];
-    repeated(1).0.into_iter().for_each(|index| keep[index as usize] = false);
-    all.filter(|&index| keep[index as usize]).collect()
+    repeated(1).0.into_iter().for_each(|index| keep[index.at()] = false);
+    all.filter(|&index| keep[index.at()]).collect()
 }
 
 /// Some indices along a Morton curve through the cells of a grid, in their order inside of each;
 /// and where groups begin.
-fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32>) {
+fn along_a_curve(scene: &Scene, some: &[SphereIndex], part: usize) -> (Vec<SphereIndex>, Vec<u32>) {
     // About 32 spheres to a cell, at most 2^18 cells.
     let bits = ((some.len() / 32).max(1).ilog2() / 3).clamp(1, 6);
     let cells = 1usize << (3 * bits);
@@ -305,11 +307,11 @@ fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32
     // The bits of a coordinate with two zeros between each.
     let spread = |c: u32| (0..bits).map(|k| (c >> k & 1) << (3 * k)).sum::<u32>();
     let spread: Vec<u32> = (0..1 << bits).map(spread).collect();
-    let mut indices = vec![0; some.len()];
+    let mut indices = vec![SphereIndex::default(); some.len()];
     let mut starts =
         Vec::with_capacity(some.len() / GROUP + (some.len().div_ceil(part) << CLASSES) + 1);
     for (number, some) in some.chunks(part).enumerate() {
-        let key = |&index: &u32| {
+        let key = |&index: &SphereIndex| {
             // A cast of what is NaN, on an axis without extent, gives 0.
             let cell = (center(scene, index) - bounds.min_center) * per_length;
             let [x, y, z] = cell.to_array().map(|c| spread[(c as usize).min(spread.len() - 1)]);
@@ -335,10 +337,10 @@ fn along_a_curve(scene: &Scene, some: &[u32], part: usize) -> (Vec<u32>, Vec<u32
 
 /// Some indices such that those of a group lie close together, and where groups begin. First by
 /// cells, as this is soon done, and inside of each by halves of halves across the longest side.
-fn arranged(scene: &Scene, some: &[u32]) -> (Vec<u32>, Vec<u32>) {
+fn arranged(scene: &Scene, some: &[SphereIndex]) -> (Vec<SphereIndex>, Vec<u32>) {
     let bounds = scene.bounds();
     let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
-    let item = |&index: &u32| {
+    let item = |&index: &SphereIndex| {
         // A cast of what is NaN, where the box is a point, gives 0.
         let mut at =
             ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
@@ -420,7 +422,7 @@ mod tests {
                 assert!(
                     ordered.indices[spheres.clone()]
                         .iter()
-                        .all(|&index| spheres.contains(&(index as usize)))
+                        .all(|index| spheres.contains(&index.at()))
                 );
                 let groups = ordered.groups_of(spheres.clone());
                 let ends = [groups.start, groups.end].map(|group| ordered.starts[group] as usize);
@@ -443,7 +445,7 @@ mod tests {
             color: [0; 3],
         }));
         let scene = Scene::from_spheres(&several).unwrap();
-        let want: Vec<u32> = (0..3000).chain(5000..5501).collect();
+        let want: Vec<_> = (0..3000).chain(5000..5501).map(SphereIndex).collect();
         assert_eq!(distinct(&scene), want);
         for ordered in [Ordered::new(&scene), Ordered::coarse(&scene, 1000)].map(Option::unwrap) {
             let mut kept = ordered.indices.clone();
@@ -459,14 +461,15 @@ mod tests {
     fn loose(scene: &Scene, ordered: &Ordered, close: f64) -> usize {
         let mut seen = ordered.indices.clone();
         seen.sort_unstable();
-        assert!(seen.iter().copied().eq(0..scene.len() as u32), "a permutation");
+        let all = (0..scene.len() as u32).map(SphereIndex);
+        assert!(seen.iter().copied().eq(all), "a permutation");
         let mut loose = 0;
         assert_eq!(ordered.starts.len(), ordered.groups.len() + 1);
         assert!(
             ordered.starts.windows(2).all(|ends| (1..=GROUP as u32).contains(&(ends[1] - ends[0])))
         );
         for (place, &index) in ordered.indices.iter().enumerate() {
-            let sphere = scene.known(index as usize);
+            let sphere = scene.known(index.at());
             assert_eq!(
                 (ordered.block.center(place), ordered.block.radius(place)),
                 (sphere.center, sphere.radius)

@@ -17,7 +17,7 @@ use bytes::Bytes;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::simd;
+use crate::{ids::SphereIndex, simd};
 
 /// The most spheres a scene may hold: indices are written as `int32`.
 pub const MAX_SPHERES: usize = i32::MAX as usize;
@@ -319,11 +319,12 @@ impl Bounds {
 }
 
 /// The first radii of a block that are at least so large, numbered from `start` on.
-fn search<T: Copy + Into<f64> + Sync>(radii: &[T], least: f64, start: usize) -> Vec<u32> {
+fn search<T: Copy + Into<f64> + Sync>(radii: &[T], least: f64, start: usize) -> Vec<SphereIndex> {
     const PART: usize = 1 << 14;
     let parts = radii.par_chunks(PART).enumerate().map(|(part, radii)| {
         let found = radii.iter().enumerate().filter(|(_, radius)| (**radius).into() >= least);
-        found.take(LARGE).map(|(at, _)| (start + part * PART + at) as u32).collect::<Vec<_>>()
+        let index = |at: usize| SphereIndex((start + part * PART + at) as u32);
+        found.take(LARGE).map(|(at, _)| index(at)).collect::<Vec<_>>()
     });
     parts.flatten_iter().collect()
 }
@@ -336,7 +337,7 @@ pub struct Scene {
     starts: Vec<usize>,
     bounds: Bounds,
     identity: u64,
-    large: OnceLock<Vec<u32>>,
+    large: OnceLock<Vec<SphereIndex>>,
 }
 
 /// At most this many occluder candidates.
@@ -412,7 +413,7 @@ impl Scene {
     /// They are found outside of the `OnceLock`: a thread that waits for rayon inside of it may
     /// take up another draw of this scene, which would wait for the same lock, and so for itself.
     /// Draws that begin at once may find them twice; the answer is the same.
-    pub fn large(&self) -> &[u32] {
+    pub fn large(&self) -> &[SphereIndex] {
         if let Some(known) = self.large.get() {
             return known;
         }
@@ -420,14 +421,15 @@ impl Scene {
         self.large.get_or_init(|| found)
     }
 
-    fn find_large(&self) -> Vec<u32> {
+    fn find_large(&self) -> Vec<SphereIndex> {
         let least = 0.25 * self.bounds.max_radius;
         let mut found = Vec::new();
         for (start, block) in self.blocks() {
             match &block.radii {
                 Radii::Same(radius) if *radius < least => {}
                 Radii::Same(_) => {
-                    found.extend((start..start + block.len().min(LARGE)).map(|at| at as u32))
+                    let first = start..start + block.len().min(LARGE);
+                    found.extend(first.map(|at| SphereIndex(at as u32)))
                 }
                 Radii::Each(Reals::F32(radii)) => {
                     found.extend(search(radii.as_slice(), least, start))

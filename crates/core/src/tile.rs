@@ -16,7 +16,7 @@ use crate::{
     drawing::Cancel,
     exact::decide::{Hit, Root, Tally, Truth},
     filter::{BACK, Look, Margins, Row, length},
-    ids::NONE,
+    ids::{NONE, SphereIndex},
     pair::Pair,
     project::Projector,
     projected::Projected,
@@ -111,9 +111,9 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
         Self { scene, truth, projector, corner, columns, rows, cancel: None }
     }
 
-    /// Sphere `index` of the scene.
-    pub fn ball(&self, index: u32) -> Ball {
-        Ball::from(self.scene.known(index as usize))
+    /// A sphere of the scene.
+    pub fn ball(&self, index: SphereIndex) -> Ball {
+        Ball::from(self.scene.known(index.at()))
     }
 
     /// Decisions end when this is cancelled, and leave the tile as it is then.
@@ -136,7 +136,7 @@ pub struct Tile<const SIDE: usize> {
     /// Upper bound of the holder's depth, times |dir|^2, in view lengths; infinite for none,
     /// negative infinite where closed.
     high: [[f64; SIDE]; SIDE],
-    /// Index of the holder.
+    /// The holder: its [`SphereIndex::id`], or [`NONE`], [`CLOSED`], or with [`OPEN`].
     id: [[i32; SIDE]; SIDE],
     /// No holder's depth is less than its upper bound by more than this.
     slack: f64,
@@ -286,10 +286,10 @@ impl<const SIDE: usize> Tile<SIDE> {
     }
 
     /// The sphere is the holder, at a depth between these.
-    fn hold(&mut self, index: i32, [column, row]: [usize; 2], [low, high]: [f64; 2]) {
+    fn hold(&mut self, index: SphereIndex, [column, row]: [usize; 2], [low, high]: [f64; 2]) {
         self.widen(high - low + high.abs() * (8.0 * f64::EPSILON));
         self.high[row][column] = high;
-        self.id[row][column] = index;
+        self.id[row][column] = index.id();
         self.stale |= Self::block(column, row);
     }
 
@@ -395,13 +395,13 @@ impl<const SIDE: usize> Tile<SIDE> {
     pub fn draw<L: Lanes, const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
-        index: u32,
+        index: SphereIndex,
         sphere: &Projected,
         cut: bool,
         across: [usize; 2],
         down: impl Iterator<Item = usize>,
     ) {
-        let (index, screen) = (index as i32, &place.projector.screen);
+        let screen = &place.projector.screen;
         if cut {
             self.clipped::<PERSPECTIVE, M>(place, index, sphere, across, down);
         } else if !M::BOUNDS || sphere.r >= screen.plain {
@@ -419,7 +419,7 @@ impl<const SIDE: usize> Tile<SIDE> {
     fn unlike<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
-        index: i32,
+        index: SphereIndex,
         sphere: &Projected,
         across: [usize; 2],
         down: impl Iterator<Item = usize>,
@@ -441,7 +441,7 @@ impl<const SIDE: usize> Tile<SIDE> {
     fn whole<L: Lanes, const PERSPECTIVE: bool, const SHARED: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
-        index: i32,
+        index: SphereIndex,
         sphere: &Projected,
         margins: &Margins,
         [left, right]: [usize; 2],
@@ -481,7 +481,7 @@ impl<const SIDE: usize> Tile<SIDE> {
                 }
                 let depth = after.meet::<L, PERSPECTIVE>(sx).1.sub(root);
                 L::select(win, depth, high).store(of_high);
-                L::mark(win, index, of_id);
+                L::mark(win, index.id(), of_id);
                 self.stale |= Self::block((vectors.start + k) * LANES, row);
             }
         }
@@ -499,7 +499,7 @@ impl<const SIDE: usize> Tile<SIDE> {
     fn decide<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
-        index: i32,
+        index: SphereIndex,
         sphere: &Projected,
         vectors: Range<usize>,
     ) {
@@ -521,7 +521,7 @@ impl<const SIDE: usize> Tile<SIDE> {
     fn clipped<const PERSPECTIVE: bool, M: Mode>(
         &mut self,
         place: &Place<'_, SIDE>,
-        index: i32,
+        index: SphereIndex,
         sphere: &Projected,
         across: [usize; 2],
         down: impl Iterator<Item = usize>,
@@ -541,13 +541,11 @@ impl<const SIDE: usize> Tile<SIDE> {
     fn meet<const PERSPECTIVE: bool>(
         &mut self,
         place: &Place<'_, SIDE>,
-        index: i32,
+        index: SphereIndex,
         holder: i32,
     ) -> Rival {
-        if holder < 0 {
-            return Rival::Other(holder);
-        }
-        let [ball, held] = [index, holder].map(|index| place.ball(index as u32));
+        let Some(held) = SphereIndex::of(holder) else { return Rival::Other(holder) };
+        let [ball, held] = [index, held].map(|index| place.ball(index));
         if ball == held {
             self.crowded = true;
             return Rival::Twin(holder);
@@ -567,15 +565,15 @@ impl<const SIDE: usize> Tile<SIDE> {
     fn against<L: Lanes, const PERSPECTIVE: bool>(
         &mut self,
         place: &Place<'_, SIDE>,
-        index: i32,
+        index: SphereIndex,
         rival: &Rival,
         [first, row]: [usize; 2],
         open: u8,
     ) -> u8 {
-        let open = open & L::same(rival.index(), &self.id[row][first..]);
+        let open = open & L::same(rival.id(), &self.id[row][first..]);
         match rival {
             Rival::Twin(holder) => {
-                L::mark(open, index.min(*holder), &mut self.id[row][first..]);
+                L::mark(open, index.id().min(*holder), &mut self.id[row][first..]);
                 open
             }
             Rival::Near(_, pair) => {
@@ -593,7 +591,7 @@ impl<const SIDE: usize> Tile<SIDE> {
                         self.widen(2.0 * width);
                         L::select(nearer, high, L::load(&self.high[row][first..]))
                             .store(&mut self.high[row][first..]);
-                        L::mark(nearer, index, &mut self.id[row][first..]);
+                        L::mark(nearer, index.id(), &mut self.id[row][first..]);
                         self.stale |= Self::block(first, row);
                     }
                     told |= (order.nearer | order.farther) & seen;
@@ -606,9 +604,9 @@ impl<const SIDE: usize> Tile<SIDE> {
 
     /// For `bench`: the sphere may or may not be the nearest, and begins and ends at these depths
     /// at the latest.
-    fn leave_open(&mut self, index: i32, [column, row]: [usize; 2], least: f64, most: f64) {
+    fn leave_open(&mut self, index: SphereIndex, [column, row]: [usize; 2], least: f64, most: f64) {
         let (holder, high) = (self.id[row][column], self.high[row][column]);
-        self.id[row][column] = OPEN | if holder == NONE { index } else { holder };
+        self.id[row][column] = OPEN | if holder == NONE { index.id() } else { holder };
         self.widen(high - least);
         if most < high {
             self.high[row][column] = most;
@@ -624,7 +622,7 @@ impl<const SIDE: usize> Tile<SIDE> {
     fn settle(
         &mut self,
         &Place { scene, truth, projector, corner: [x, y], .. }: &Place<'_, SIDE>,
-        index: i32,
+        index: SphereIndex,
         [column, row]: [usize; 2],
         depth: Option<[f64; 2]>,
     ) {
@@ -632,10 +630,10 @@ impl<const SIDE: usize> Tile<SIDE> {
         if holder == CLOSED {
             return;
         }
-        let ball = Ball::from(scene.known(index as usize));
-        let held = (holder != NONE).then(|| Ball::from(scene.known(holder as usize)));
+        let ball = Ball::from(scene.known(index.at()));
+        let held = SphereIndex::of(holder).map(|held| Ball::from(scene.known(held.at())));
         if held == Some(ball) {
-            self.id[row][column] = holder.min(index);
+            self.id[row][column] = holder.min(index.id());
             return;
         }
         let pixel = truth
@@ -658,7 +656,7 @@ impl<const SIDE: usize> Tile<SIDE> {
                 }
             };
             let order = pixel.order(&hit, &held, &mut self.tally);
-            if order.then(index.cmp(&holder)).is_gt() {
+            if order.then(index.id().cmp(&holder)).is_gt() {
                 return;
             }
         }
@@ -670,7 +668,7 @@ impl<const SIDE: usize> Tile<SIDE> {
 struct Unlike<'a, const SIDE: usize, const PERSPECTIVE: bool, M, D> {
     tile: &'a mut Tile<SIDE>,
     place: &'a Place<'a, SIDE>,
-    index: i32,
+    index: SphereIndex,
     sphere: &'a Projected,
     across: [usize; 2],
     down: D,
@@ -694,7 +692,7 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
 struct Clipped<'a, const SIDE: usize, const PERSPECTIVE: bool, M, D> {
     tile: &'a mut Tile<SIDE>,
     place: &'a Place<'a, SIDE>,
-    index: i32,
+    index: SphereIndex,
     sphere: &'a Projected,
     across: [usize; 2],
     down: D,
@@ -753,7 +751,7 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
                 while open != 0 {
                     let k = open.trailing_zeros() as usize;
                     let holder = tile.id[row][first + k];
-                    if holder != rival.index() {
+                    if holder != rival.id() {
                         rival = tile.meet::<PERSPECTIVE>(place, index, holder);
                     }
                     open &=
@@ -773,7 +771,7 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode, D: Iterator<Item = usi
 struct Decide<'a, const SIDE: usize, const PERSPECTIVE: bool, M> {
     tile: &'a mut Tile<SIDE>,
     place: &'a Place<'a, SIDE>,
-    index: i32,
+    index: SphereIndex,
     sphere: &'a Projected,
     vectors: Range<usize>,
     rows: u64,
@@ -818,11 +816,11 @@ enum Rival {
 }
 
 impl Rival {
-    /// The holder's index.
-    fn index(&self) -> i32 {
+    /// The id of the holder.
+    fn id(&self) -> i32 {
         match *self {
             Self::None => NONE,
-            Self::Twin(index) | Self::Near(index, _) | Self::Other(index) => index,
+            Self::Twin(id) | Self::Near(id, _) | Self::Other(id) => id,
         }
     }
 }
@@ -873,7 +871,7 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
         let index = self.index;
         let mut told = self.tell::<L>(depths, [first, row]);
         // Where the sphere has won before, nothing is to be decided.
-        let mut open = !(told.lose | L::same(index, &self.tile.id[row][first..]));
+        let mut open = !(told.lose | L::same(index.id(), &self.tile.id[row][first..]));
         let hardly = open & !(told.win | told.sure);
         if hardly != 0 {
             let sharp = self.tell::<L>(silhouettes, [first, row]);
@@ -891,7 +889,7 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
         if win != 0 {
             L::select(win, told.most, L::load(&tile.high[row][first..]))
                 .store(&mut tile.high[row][first..]);
-            L::mark(win, index, &mut tile.id[row][first..]);
+            L::mark(win, index.id(), &mut tile.id[row][first..]);
             tile.stale |= Tile::<SIDE>::block(first, row);
             open &= !win;
         }
@@ -906,7 +904,7 @@ impl<const SIDE: usize, const PERSPECTIVE: bool, M: Mode> Decide<'_, SIDE, PERSP
             let at = [first + k, row];
             if M::DECIDES {
                 let holder = self.tile.id[row][first + k];
-                if holder != rival.index() {
+                if holder != rival.id() {
                     rival = self.tile.meet::<PERSPECTIVE>(self.place, index, holder);
                 }
                 // All pixels of this holder at once.

@@ -24,7 +24,7 @@ use planisphere_core::{
     camera::Region,
     drawing::Cancel,
     exact::decide::Tally,
-    ids::NONE,
+    ids::{NONE, SortedIndex, SphereIndex, TileIndex},
     project::Projector,
     projected::Projected,
     scene::Ball,
@@ -58,7 +58,7 @@ pub struct Among<'a> {
 }
 
 /// Tiles of a row of tiles, and the ids of all its pixels.
-type RowOfTiles<'a> = (&'a [(u32, Pixels)], &'a mut [i32]);
+type RowOfTiles<'a> = (&'a [(TileIndex, Pixels)], &'a mut [i32]);
 
 /// The undecided pixels of a band whose lists came in one batch. A pixel that no listed sphere
 /// covers shows its tile's entry of `backgrounds`.
@@ -74,7 +74,7 @@ pub struct LeftOver<'a> {
 
 impl LeftOver<'_> {
     /// Decides some tiles, given in ascending order, on all threads.
-    pub fn decide(&self, tiles: &[(u32, Pixels)], ids: &mut [i32]) -> Tally {
+    pub fn decide(&self, tiles: &[(TileIndex, Pixels)], ids: &mut [i32]) -> Tally {
         let mut rows = self.rows(tiles, 0, ids);
         let part = (tiles.len() / rayon::current_num_threads()).clamp(1, MANY);
         let part = (part * rows.len()).div_ceil(tiles.len().max(1)).max(1);
@@ -84,14 +84,14 @@ impl LeftOver<'_> {
     /// Splits the ids of some rows of tiles.
     fn rows<'a>(
         &self,
-        tiles: &'a [(u32, Pixels)],
+        tiles: &'a [(TileIndex, Pixels)],
         first_row: u32,
         ids: &'a mut [i32],
     ) -> Vec<RowOfTiles<'a>> {
         let all = self.among.projector.region.width as usize * SIDE;
         let mut rows_of_ids = ids.chunks_mut(all).zip(first_row..);
-        let row_of = |tile: u32| tile / self.columns;
-        let of_row = |tiles: &'a [(u32, Pixels)]| {
+        let row_of = |tile: TileIndex| tile.0 / self.columns;
+        let of_row = |tiles: &'a [(TileIndex, Pixels)]| {
             let (ids, _) = rows_of_ids.find(|&(_, row)| row == row_of(tiles[0].0))?;
             Some((tiles, ids))
         };
@@ -104,7 +104,7 @@ impl LeftOver<'_> {
         let (mut open, mut desk) = (Open::default(), Desk::new());
         // Prefetch for all tiles together, so that the waits for memory overlap: first the lists,
         // then the first spheres that each names.
-        let tiles = || rows.iter().flat_map(|row| row.0).map(|tile| tile.0 as usize);
+        let tiles = || rows.iter().flat_map(|row| row.0).map(|tile| tile.0);
         tiles().for_each(|tile| among.wave.prefetch(tile));
         tiles()
             .flat_map(|tile| among.wave.tile(tile).iter().take(SOON))
@@ -113,7 +113,7 @@ impl LeftOver<'_> {
             for &(tile, pixels) in *tiles {
                 open.begin(tile, columns, pixels);
                 tally += open.look(among, &mut desk);
-                open.write(among.projector.region, backgrounds[tile as usize], ids);
+                open.write(among.projector.region, backgrounds[tile.at()], ids);
             }
         }
         tally
@@ -152,7 +152,7 @@ impl<'a> AtOnce<'a> {
     /// order; `ids` are all pixels of these rows, the first of which is `first_row`. Returns false,
     /// and does nothing, if there are more than [`MANY`] tiles or too many pixels: the caller
     /// leaves them for later.
-    pub fn decide(&self, tiles: &[(u32, Pixels)], first_row: u32, ids: &mut [i32]) -> bool {
+    pub fn decide(&self, tiles: &[(TileIndex, Pixels)], first_row: u32, ids: &mut [i32]) -> bool {
         let pixels = count(tiles);
         if self.seen.fetch_add(pixels, Ordering::Relaxed) + pixels > self.most || tiles.len() > MANY
         {
@@ -174,7 +174,7 @@ impl<'a> AtOnce<'a> {
 }
 
 /// How many pixels are open.
-pub fn count(tiles: &[(u32, Pixels)]) -> usize {
+pub fn count(tiles: &[(TileIndex, Pixels)]) -> usize {
     tiles.iter().map(|tile| tile.1.count_ones() as usize).sum()
 }
 
@@ -190,8 +190,8 @@ pub struct Undecided {
 
 impl Undecided {
     /// Those of some tiles of a region whose tiles come `columns` to a row.
-    pub fn new(tiles: &[(u32, Pixels)], columns: u32) -> Self {
-        let open = |&(tile, pixels): &(u32, Pixels)| {
+    pub fn new(tiles: &[(TileIndex, Pixels)], columns: u32) -> Self {
+        let open = |&(tile, pixels): &(TileIndex, Pixels)| {
             let mut open = Open::default();
             open.begin(tile, columns, pixels);
             open
@@ -202,7 +202,7 @@ impl Undecided {
     /// Which tiles have any.
     pub fn mask(&self, tiles: usize) -> Vec<bool> {
         let mut mask = vec![false; tiles];
-        self.tiles.iter().for_each(|open| mask[open.tile as usize] = true);
+        self.tiles.iter().for_each(|open| mask[open.tile.at()] = true);
         mask
     }
 
@@ -236,7 +236,7 @@ fn places(mut pixels: Pixels) -> impl Iterator<Item = [usize; 2]> {
 
 /// The open pixels of a tile.
 struct Open {
-    tile: u32,
+    tile: TileIndex,
     /// First column and row, in the region.
     corner: [u32; 2],
     /// Which are open.
@@ -251,7 +251,7 @@ struct Open {
 impl Default for Open {
     fn default() -> Self {
         Self {
-            tile: 0,
+            tile: TileIndex::default(),
             corner: [0; 2],
             pixels: 0,
             window: [0; 2],
@@ -263,8 +263,8 @@ impl Default for Open {
 
 impl Open {
     /// Starts with some pixels of a tile.
-    fn begin(&mut self, tile: u32, columns: u32, pixels: Pixels) {
-        (self.tile, self.corner) = (tile, [tile % columns * TILE, tile / columns * TILE]);
+    fn begin(&mut self, tile: TileIndex, columns: u32, pixels: Pixels) {
+        (self.tile, self.corner) = (tile, [tile.0 % columns * TILE, tile.0 / columns * TILE]);
         (self.pixels, self.window, self.farthest) = (pixels, [0; 2], f64::INFINITY);
         self.state.clear(0, 0);
         for [column, row] in places(pixels) {
@@ -317,7 +317,7 @@ impl Batch {
 
     /// Takes what lies at some places. Returns a bit for each.
     #[inline(always)]
-    fn take(&mut self, places: &[u32], spheres: Spheres<'_>, projector: &Projector) -> u8 {
+    fn take(&mut self, places: &[SortedIndex], spheres: Spheres<'_>, projector: &Projector) -> u8 {
         for (k, &place) in places.iter().enumerate() {
             let ball = spheres.ball(place);
             self.ball[k] = ball;
@@ -357,7 +357,7 @@ impl Desk {
         let batch = Batch::new();
         let seen = Seen {
             depths: [f64::INFINITY; SEEN],
-            indices: [u32::MAX; SEEN],
+            indices: [SphereIndex(u32::MAX); SEEN],
             balls: [batch.ball[0]; SEEN],
             count: 0,
         };
@@ -369,7 +369,7 @@ impl Desk {
 struct Seen {
     /// Of their centres.
     depths: [f64; SEEN],
-    indices: [u32; SEEN],
+    indices: [SphereIndex; SEEN],
     balls: [Ball; SEEN],
     /// Where the next is kept.
     count: usize,
@@ -379,13 +379,13 @@ impl Seen {
     #[inline(always)]
     fn clear(&mut self) {
         self.depths.fill(f64::INFINITY);
-        self.indices.fill(u32::MAX);
+        self.indices.fill(SphereIndex(u32::MAX));
         self.count = 0;
     }
 
     /// Whether a sphere is the same as one before it in the scene; if not it is kept.
     #[inline(always)]
-    fn repeats<L: Lanes>(&mut self, index: u32, ball: Ball, depth: f64) -> bool {
+    fn repeats<L: Lanes>(&mut self, index: SphereIndex, ball: Ball, depth: f64) -> bool {
         let Self { depths, indices, balls, count } = self;
         let z = L::splat(depth);
         let mut again = false;
@@ -476,7 +476,7 @@ impl tile::Work for Paint<'_> {
         let single = pixels.is_power_of_two().then(|| places(pixels).next()).flatten();
         let Desk { batch, seen } = self.desk;
         seen.clear();
-        let list = wave.tile(tile as usize);
+        let list = wave.tile(tile);
         for (turn, places) in list.chunks(LANES).enumerate() {
             if cancel.is_cancelled() {
                 return;

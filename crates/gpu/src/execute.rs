@@ -16,7 +16,7 @@ use crate::plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS
 use planisphere_core::{
     camera::Region,
     drawing::DrawError,
-    ids::{NONE, UNDECIDED},
+    ids::{NONE, Slot, SortedIndex, TileIndex, UNDECIDED},
     pool, simd,
 };
 use planisphere_shaders::{FANS, Lanes, PLANES, STATES, TILES_TOGETHER, Variant};
@@ -81,10 +81,9 @@ impl Executor {
         }
     }
 
-    /// Runs passes. With `slots`, each tile has a single segment in the whole band: its number is
-    /// appended to `slots`, and its ids lie at that slot of the id buffer. Without, the device
-    /// merges what a pass finds into the state of the tile, and [`Executor::finish`] makes ids of
-    /// the states.
+    /// Runs passes. With `slots`, each tile has a single segment in the whole band: it is appended
+    /// to `slots`, and its ids lie at that slot of the id buffer. Without, the device merges what a
+    /// pass finds into the state of the tile, and [`Executor::finish`] makes ids of the states.
     pub fn run(
         &mut self,
         eye: &Eye,
@@ -92,7 +91,7 @@ impl Executor {
         chunk: &Chunk,
         wave: &Wave,
         passes: &[Pass],
-        mut slots: Option<&mut Vec<u32>>,
+        mut slots: Option<&mut Vec<TileIndex>>,
     ) -> Result<(), DrawError> {
         let pixels = match &slots {
             Some(_) => passes.iter().map(|pass| pass.segments.len()).sum::<usize>() * TILE_PIXELS,
@@ -113,8 +112,8 @@ impl Executor {
                 slots.extend(pass.segments.iter().map(|segment| segment.tile));
             }
             let place = |k: usize, segment: &Segment| match first {
-                Some(first) => (first + k as u32) | FRESH | LAST,
-                None => segment.tile | if segment.fresh { FRESH } else { 0 },
+                Some(first) => (Slot(first + k as u32), FRESH | LAST),
+                None => (segment.tile.slot(), if segment.fresh { FRESH } else { 0 }),
             };
             let tiles = tile_table(band, &pass.segments, place);
             let frame = plan::Frame { disorder, ..eye.frame };
@@ -142,7 +141,7 @@ impl Executor {
         eye: &Eye,
         band: &Band,
         chunk: &Chunk,
-        met: &[u32],
+        met: &[TileIndex],
     ) -> Result<(), DrawError> {
         if met.is_empty() {
             return Ok(());
@@ -150,7 +149,7 @@ impl Executor {
         // An empty list finds nothing new.
         let segments: Vec<Segment> =
             met.iter().map(|&tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
-        let tiles = tile_table(band, &segments, |_, segment| segment.tile | LAST);
+        let tiles = tile_table(band, &segments, |_, segment| (segment.tile.slot(), LAST));
         let submission =
             self.dispatch(eye, band, chunk, eye.frame, (false, false), true, &segments, &tiles);
         self.wait(Some(submission))
@@ -248,9 +247,9 @@ impl Executor {
             .map_err(|error| DrawError::Device(error.to_string()))
     }
 
-    /// Brings the ids of the first `tiles` places back, 64 a tile.
-    pub fn read_back(&mut self, tiles: usize, take: impl FnOnce(&[i32])) -> Result<(), DrawError> {
-        let size = (tiles * TILE_PIXELS * 4) as u64;
+    /// Brings the ids of the first slots back, 64 a slot.
+    pub fn read_back(&mut self, slots: usize, take: impl FnOnce(&[i32])) -> Result<(), DrawError> {
+        let size = (slots * TILE_PIXELS * 4) as u64;
         if size == 0 {
             take(&[]);
             return Ok(());
@@ -329,28 +328,24 @@ impl Executor {
     }
 }
 
-/// The tiles of some segments as the device has them.
+/// The tiles of some segments as the device has them: each at the slot, and with the flags, that
+/// `place` gives.
 fn tile_table(
     band: &Band,
     segments: &[Segment],
-    place: impl Fn(usize, &Segment) -> u32,
+    place: impl Fn(usize, &Segment) -> (Slot, u32),
 ) -> Vec<plan::Tile> {
-    segments
-        .iter()
-        .enumerate()
-        .map(|(k, segment)| plan::Tile {
+    let tile = |(k, segment): (usize, &Segment)| {
+        let (slot, flags) = place(k, segment);
+        plan::Tile {
             start: segment.start,
             count: segment.count,
-            slot: place(k, segment),
+            slot: slot.0 | flags,
             ..band.place(segment.tile).tile
-        })
-        .collect()
+        }
+    };
+    segments.iter().enumerate().map(tile).collect()
 }
-
-/// In place of a slot: the tile was not dispatched, and shows its background.
-pub const BACKGROUND: u32 = u32::MAX;
-/// See [`BACKGROUND`].
-pub const HOST: u32 = u32::MAX - 1;
 
 /// The most rows of tiles that a thread copies at a time. Their undecided pixels are resolved
 /// together.
@@ -363,8 +358,8 @@ pub struct Answers<'a> {
     pub region: Region,
     /// Tiles in a row.
     pub columns: u32,
-    /// Where the pixels of each tile lie among those brought back; or [`BACKGROUND`], or [`HOST`].
-    pub slots: &'a [u32],
+    /// Where the pixels of each tile lie among those brought back, or what stands for a slot.
+    pub slots: &'a [Slot],
     /// What is seen of each tile where nothing was found.
     pub backgrounds: &'a [i32],
     /// What is drawn.
@@ -383,8 +378,8 @@ impl Answers<'_> {
         &self,
         ids: &mut [MaybeUninit<i32>],
         found: &[i32],
-        at_once: impl Fn(&[(u32, Pixels)], u32, &mut [i32]) -> bool + Sync,
-    ) -> Vec<(u32, Pixels)> {
+        at_once: impl Fn(&[(TileIndex, Pixels)], u32, &mut [i32]) -> bool + Sync,
+    ) -> Vec<(TileIndex, Pixels)> {
         let (width, columns) = (self.region.width as usize, self.columns as usize);
         let left_over = Mutex::new(Vec::new());
         // Four pieces a thread, as some are sooner done than others.
@@ -414,7 +409,7 @@ impl Answers<'_> {
         row: usize,
         ids: &mut [MaybeUninit<i32>],
         found: &[i32],
-        open: &mut Vec<(u32, Pixels)>,
+        open: &mut Vec<(TileIndex, Pixels)>,
     ) {
         let (width, columns) = (self.region.width as usize, self.columns as usize);
         let of_row = row * columns..(row + 1) * columns;
@@ -423,7 +418,7 @@ impl Answers<'_> {
         // in order. The device's ids follow while these rows are still in the cache.
         let mut runs: Vec<(usize, i32)> = Vec::new();
         for (column, (&slot, &background)) in slots.iter().zip(backgrounds).enumerate() {
-            let id = if slot == HOST { UNDECIDED } else { background };
+            let id = if slot == Slot::HOST { UNDECIDED } else { background };
             let end = ((column + 1) * SIDE).min(width);
             match runs.last_mut() {
                 Some(last) if last.1 == id => last.0 = end,
@@ -438,12 +433,13 @@ impl Answers<'_> {
             }
         }
         let height = ids.len() / width;
-        for (column, &slot) in slots.iter().enumerate().filter(|(_, slot)| **slot != BACKGROUND) {
+        let drawn = |(_, slot): &(usize, &Slot)| **slot != Slot::BACKGROUND;
+        for (column, &slot) in slots.iter().enumerate().filter(drawn) {
             let first = column * SIDE;
             let across = SIDE.min(width - first);
             let mut pixels = Pixels::MAX;
-            if slot != HOST {
-                let found = &found[slot as usize * TILE_PIXELS..][..TILE_PIXELS];
+            if slot != Slot::HOST {
+                let found = &found[slot.at() * TILE_PIXELS..][..TILE_PIXELS];
                 for (row, ids) in ids.chunks_mut(width).enumerate() {
                     for (id, column) in
                         ids[first..first + across].iter_mut().zip(found.chunks_exact(SIDE))
@@ -453,7 +449,7 @@ impl Answers<'_> {
                             id.write(if place < 0 {
                                 UNDECIDED
                             } else {
-                                self.spheres.index(place as u32) as i32
+                                self.spheres.index(SortedIndex(place as u32)).id()
                             });
                         }
                     }
@@ -466,7 +462,8 @@ impl Answers<'_> {
                     .rev()
                     .fold(0, |open, &place| open << 1 | Pixels::from(place < NONE));
             }
-            open.push(((row * columns + column) as u32, pixels & inside(across, height)));
+            let tile = TileIndex((row * columns + column) as u32);
+            open.push((tile, pixels & inside(across, height)));
         }
     }
 }

@@ -31,7 +31,7 @@ use rayon::prelude::*;
 use crate::plan::{Band, Eye, Fixed, Limits, TILE, TILE_PIXELS};
 use adapters::{AdapterChoice, NoAdapter, PassedOver, Suitability};
 use decide::{Among, AtOnce, Done, LeftOver, Undecided};
-use execute::{Answers, BACKGROUND, Executor, HOST, Pixels};
+use execute::{Answers, Executor, Pixels};
 use lists::{Spheres, These, Uncovered, Wave};
 use planisphere_core::{
     bins::{Keep, KeepAll},
@@ -40,7 +40,7 @@ use planisphere_core::{
     drawing::{Cancel, DrawError, Drawing, Met},
     exact::decide::{Tally, Truth},
     host::Host,
-    ids::{NONE, UNDECIDED},
+    ids::{NONE, Slot, SortedIndex, TileIndex, UNDECIDED},
     order::{Ordered, has_room},
     pool,
     project::Projector,
@@ -69,7 +69,7 @@ struct Uploaded {
     /// cache lines. None for few spheres, which fit a cache anyway and lie there as in the scene.
     ordered: Option<Arc<Ordered>>,
     /// Places of the scene's large spheres, if any may hide much; none for those that are left out.
-    large: Vec<Option<u32>>,
+    large: Vec<Option<SortedIndex>>,
 }
 
 /// An opened GPU.
@@ -132,16 +132,16 @@ struct Job<'a> {
     eye: &'a Eye,
     chunks: &'a [Chunk],
     /// See [`Uploaded::large`].
-    large: &'a [Option<u32>],
+    large: &'a [Option<SortedIndex>],
 }
 
 /// A band whose kernels have run.
 struct Filtered {
     region: Region,
     band: Band,
-    /// For each 64-pixel slot of the id buffer, its tile. If tiles take several passes, slot n is
-    /// that of tile n, and these are the tiles that were drawn.
-    slots: Vec<u32>,
+    /// The tile of each slot of the id buffer. If tiles take several passes, slot n is that of tile
+    /// n, and these are the tiles that were drawn.
+    slots: Vec<TileIndex>,
     /// Whether each tile was drawn in one pass.
     single: bool,
     /// Batches of lists that were made.
@@ -168,7 +168,7 @@ impl Filtered {
     }
 
     /// Slots of the id buffer that are in use.
-    fn places(&self) -> usize {
+    fn slots_in_use(&self) -> usize {
         match (self.single, self.slots.is_empty()) {
             (_, true) => 0,
             (true, false) => self.slots.len(),
@@ -176,13 +176,13 @@ impl Filtered {
         }
     }
 
-    /// For each tile its slot, or [`BACKGROUND`] or [`HOST`].
-    fn slot_of(&self) -> Vec<u32> {
-        let mut slot_of = vec![BACKGROUND; self.band.tiles()];
-        for (place, &tile) in self.slots.iter().enumerate() {
-            slot_of[tile as usize] = if self.single { place as u32 } else { tile };
+    /// For each tile its slot, or what stands for one.
+    fn slot_of(&self) -> Vec<Slot> {
+        let mut slot_of = vec![Slot::BACKGROUND; self.band.tiles()];
+        for (slot, &tile) in self.slots.iter().enumerate() {
+            slot_of[tile.at()] = if self.single { Slot(slot as u32) } else { tile.slot() };
         }
-        self.band.host.iter().for_each(|&tile| slot_of[tile as usize] = HOST);
+        self.band.host.iter().for_each(|tile| slot_of[tile.at()] = Slot::HOST);
         slot_of
     }
 }
@@ -523,7 +523,7 @@ impl Gpu {
                     let keep = Uncovered { cover, places: large, listed: false };
                     for (tile, background) in backgrounds.iter_mut().enumerate() {
                         if let Some((place, _)) = keep.behind(tile) {
-                            *background = spheres.index(place) as i32;
+                            *background = spheres.index(place).id();
                         }
                     }
                 }
@@ -553,7 +553,7 @@ impl Gpu {
         filtered: &Filtered,
         drawing: &mut Drawing,
         decide: bool,
-    ) -> Result<(Vec<(u32, Pixels)>, Done), DrawError> {
+    ) -> Result<(Vec<(TileIndex, Pixels)>, Done), DrawError> {
         let begin = Instant::now();
         let Filtered { region, band, backgrounds, .. } = filtered;
         let slot_of = filtered.slot_of();
@@ -561,7 +561,7 @@ impl Gpu {
         let empty = slot_of
             .iter()
             .zip(backgrounds)
-            .filter(|&(&slot, &id)| slot == BACKGROUND && id == NONE);
+            .filter(|&(&slot, &id)| slot == Slot::BACKGROUND && id == NONE);
         drawing.counts.empty += empty.count();
         // What is the same as another sphere is hidden by it.
         let repeated = spheres.scene.len() - spheres.places();
@@ -581,7 +581,7 @@ impl Gpu {
                 let left_over = LeftOver { among, columns, backgrounds };
                 AtOnce::new(left_over, region.pixels() / HOPELESS)
             });
-            gpu.executor.read_back(filtered.places(), |found| {
+            gpu.executor.read_back(filtered.slots_in_use(), |found| {
                 left_over = answers.fill(ids, found, |tiles, first_row, ids| {
                     at_once.as_ref().is_some_and(|at_once| at_once.decide(tiles, first_row, ids))
                 });
@@ -606,7 +606,7 @@ impl Gpu {
         &mut self,
         spheres: Spheres<'_>,
         filtered: &Filtered,
-        left_over: &[(u32, Pixels)],
+        left_over: &[(TileIndex, Pixels)],
         drawing: &mut Drawing,
         done: &mut Done,
     ) -> bool {
@@ -636,7 +636,7 @@ impl Gpu {
     fn decide_again(
         &mut self,
         spheres: Spheres<'_>,
-        tiles: &[(u32, Pixels)],
+        tiles: &[(TileIndex, Pixels)],
         region: Region,
         band: &Band,
         ids: &mut [i32],
@@ -693,7 +693,8 @@ impl Gpu {
         let large = match &ordered {
             _ if scene.len() < self.effort.cover || !Cover::may_be(scene) => Vec::new(),
             Some(ordered) => ordered.places_of(scene.large()),
-            None => scene.large().iter().copied().map(Some).collect(),
+            // Where there is no order, a sphere's place is its index.
+            None => scene.large().iter().map(|index| Some(SortedIndex(index.0))).collect(),
         };
         self.uploaded =
             Some(Uploaded { identity: scene.identity(), fixed, chunks, ordered, large });

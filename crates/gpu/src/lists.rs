@@ -9,6 +9,7 @@ use planisphere_core::{
     cover::Cover,
     drawing::Met,
     exact::decide::Truth,
+    ids::{SortedIndex, SphereIndex, TileIndex},
     order::Ordered,
     project::Projector,
     scene::{Ball, Scene},
@@ -41,7 +42,7 @@ pub struct Uncovered<'a> {
     pub cover: &'a Cover,
     /// Places of the scene's large spheres; none for those that are left out. Empty if these are
     /// listed as others are.
-    pub places: &'a [Option<u32>],
+    pub places: &'a [Option<SortedIndex>],
     /// Whether earlier lists hold the cover.
     pub listed: bool,
 }
@@ -57,7 +58,7 @@ impl Keep for Uncovered<'_> {
     }
 
     #[inline(always)]
-    fn behind(&self, tile: usize) -> Option<(u32, f64)> {
+    fn behind(&self, tile: usize) -> Option<(SortedIndex, f64)> {
         let (number, nearest) = self.cover.sphere(tile)?;
         Some((self.places.get(number).copied().flatten()?, nearest))
     }
@@ -86,8 +87,8 @@ pub struct Spheres<'a> {
 impl Spheres<'_> {
     /// Index in the scene of what lies at a place.
     #[inline(always)]
-    pub fn index(&self, place: u32) -> u32 {
-        self.ordered.map_or(place, |ordered| ordered.indices[place as usize])
+    pub fn index(&self, place: SortedIndex) -> SphereIndex {
+        self.ordered.map_or(SphereIndex(place.0), |ordered| ordered.indices[place.at()])
     }
 
     /// How many places there are; fewer than spheres where many are the same.
@@ -97,23 +98,23 @@ impl Spheres<'_> {
 
     /// What lies at a place.
     #[inline(always)]
-    pub fn ball(&self, place: u32) -> Ball {
+    pub fn ball(&self, place: SortedIndex) -> Ball {
         let (block, at) = match self.ordered {
-            Some(ordered) => (&ordered.block, place as usize),
-            None => self.scene.locate(place as usize),
+            Some(ordered) => (&ordered.block, place.at()),
+            None => self.scene.locate(place.at()),
         };
         Ball { center: block.center(at), radius: block.radius(at) }
     }
 
     /// A hint that a place is soon to be looked at.
     #[inline(always)]
-    pub fn prefetch(&self, place: u32) {
+    pub fn prefetch(&self, place: SortedIndex) {
         let (block, at) = match self.ordered {
             Some(ordered) => {
-                simd::prefetch(&ordered.indices, place as usize);
-                (&ordered.block, place as usize)
+                simd::prefetch(&ordered.indices, place.at());
+                (&ordered.block, place.at())
             }
-            None => self.scene.locate(place as usize),
+            None => self.scene.locate(place.at()),
         };
         block.prefetch(at);
     }
@@ -131,7 +132,7 @@ impl Spheres<'_> {
 /// The lists of one wave, in memory that is used again.
 #[derive(Default)]
 pub struct Wave {
-    workspace: Workspace<u32>,
+    workspace: Workspace<SortedIndex>,
     columns: u32,
     rows: u32,
     disorder: f64,
@@ -172,7 +173,7 @@ impl Wave {
         (binner.projector, lists.met)
     }
 
-    /// As the plan takes them: entries are places on the device.
+    /// As the plan takes them.
     pub fn lists(&self) -> Lists<'_> {
         let bins::Lists { starts, entries, nearest, .. } = &self.workspace.lists;
         Lists {
@@ -187,17 +188,17 @@ impl Wave {
     }
 
     /// A hint that the first of a tile's list are soon to be looked at.
-    pub fn prefetch(&self, tile: usize) {
+    pub fn prefetch(&self, tile: TileIndex) {
         let bins::Lists { starts, entries, .. } = &self.workspace.lists;
-        let start = starts[tile] as usize;
+        let start = starts[tile.at()] as usize;
         for at in [0, 16, 32] {
             simd::prefetch(entries, start + at);
         }
     }
 
     /// The list of a tile.
-    pub fn tile(&self, tile: usize) -> &[u32] {
+    pub fn tile(&self, tile: TileIndex) -> &[SortedIndex] {
         let bins::Lists { starts, entries, .. } = &self.workspace.lists;
-        &entries[starts[tile] as usize..starts[tile + 1] as usize]
+        &entries[starts[tile.at()] as usize..starts[tile.at() + 1] as usize]
     }
 }

@@ -16,6 +16,7 @@ use glam::DVec3;
 use planisphere_core::{
     axes::Axes,
     camera::{Projection, Region, View},
+    ids::{SortedIndex, TileIndex},
     scene::Bounds,
 };
 
@@ -436,8 +437,7 @@ impl Eye {
     }
 }
 
-/// Tile lists of some spheres: of tile `t`, row by row, the entries `starts[t]..starts[t + 1]` are
-/// indices in the scene.
+/// Tile lists of some spheres: of tile `t`, row by row, the entries `starts[t]..starts[t + 1]`.
 #[derive(Clone, Copy, Debug)]
 pub struct Lists<'a> {
     /// Tiles in a row.
@@ -446,8 +446,8 @@ pub struct Lists<'a> {
     pub rows: u32,
     /// One more than tiles.
     pub starts: &'a [u32],
-    /// Indices in the scene, those of a tile roughly front to back.
-    pub entries: &'a [u32],
+    /// Places of spheres on the device, those of a tile roughly front to back.
+    pub entries: &'a [SortedIndex],
     /// Of each tile with a list, a lower bound of the depth of all spheres in it, in `unit`; may be
     /// infinite.
     pub nearest: &'a [f64],
@@ -480,7 +480,7 @@ pub struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
     /// The tile.
-    pub tile: u32,
+    pub tile: TileIndex,
     /// First entry, inside the window.
     pub start: u32,
     /// Entries.
@@ -509,11 +509,11 @@ pub struct Band {
     pub region: Region,
     /// Tiles in a row.
     pub columns: u32,
-    /// Number of each tile's place, once it was met.
+    /// Of each tile, where in `places` its own is, once it was met.
     numbers: Vec<u32>,
     places: Vec<Place>,
     /// Tiles whose every pixel the host decides.
-    pub host: Vec<u32>,
+    pub host: Vec<TileIndex>,
     left_out: Vec<bool>,
 }
 
@@ -545,15 +545,14 @@ impl Band {
     ///
     /// # Panics
     /// When no pass had the tile.
-    pub fn place(&self, tile: u32) -> &Place {
-        self.places.get(self.numbers[tile as usize] as usize).expect("tiles of passes have a place")
+    pub fn place(&self, tile: TileIndex) -> &Place {
+        self.places.get(self.numbers[tile.at()] as usize).expect("tiles of passes have a place")
     }
 
     /// Tiles that were met and are not the host's.
-    pub fn met(&self) -> Vec<u32> {
-        (0..self.numbers.len() as u32)
-            .filter(|&t| self.numbers[t as usize] != Self::UNMET)
-            .collect()
+    pub fn met(&self) -> Vec<TileIndex> {
+        let tiles = (0..self.numbers.len() as u32).map(TileIndex);
+        tiles.filter(|tile| self.numbers[tile.at()] != Self::UNMET).collect()
     }
 
     /// The dispatches that some lists need, and whether each tile has only one segment among them.
@@ -576,8 +575,7 @@ impl Band {
                 for round in 0.. {
                     let mut segments = Vec::new();
                     for &(tile, fresh) in tiles {
-                        let (first, last) =
-                            (lists.starts[tile as usize], lists.starts[tile as usize + 1]);
+                        let (first, last) = (lists.starts[tile.at()], lists.starts[tile.at() + 1]);
                         let start = first.max(window.start).saturating_add(round * limits.round);
                         let stop = last.min(window.end);
                         if start < stop {
@@ -615,24 +613,24 @@ impl Band {
         eye: &Eye,
         limits: Limits,
         all: bool,
-    ) -> [Vec<(u32, bool)>; 3] {
+    ) -> [Vec<(TileIndex, bool)>; 3] {
         let mut kernels = [Vec::new(), Vec::new(), Vec::new()];
-        let mut meet = |tile: u32| {
-            let count = lists.starts[tile as usize + 1] - lists.starts[tile as usize];
-            if count == 0 || self.left_out[tile as usize] {
+        let mut meet = |tile: TileIndex| {
+            let count = lists.starts[tile.at() + 1] - lists.starts[tile.at()];
+            if count == 0 || self.left_out[tile.at()] {
                 return;
             }
-            let nearest = lists.nearest[tile as usize] * lists.unit;
-            let fresh = self.numbers[tile as usize] == Self::UNMET;
+            let nearest = lists.nearest[tile.at()] * lists.unit;
+            let fresh = self.numbers[tile.at()] == Self::UNMET;
             let class = if fresh {
-                let (x, y) = (tile % self.columns * TILE, tile / self.columns * TILE);
+                let (x, y) = (tile.0 % self.columns * TILE, tile.0 / self.columns * TILE);
                 let (class, place) = eye.place(self.region.x + x, self.region.y + y, nearest, all);
                 if class == Class::Host {
-                    self.left_out[tile as usize] = true;
+                    self.left_out[tile.at()] = true;
                     self.host.push(tile);
                     return;
                 }
-                self.numbers[tile as usize] = self.places.len() as u32;
+                self.numbers[tile.at()] = self.places.len() as u32;
                 self.places.push(place);
                 class
             } else {
@@ -646,7 +644,7 @@ impl Band {
         };
         for_tiles_in_order(lists.columns, lists.rows, |tiles| {
             if lists.starts[tiles.start as usize] < lists.starts[tiles.end as usize] {
-                tiles.for_each(&mut meet);
+                tiles.map(TileIndex).for_each(&mut meet);
             }
         });
         if kernels[1].len() < limits.worth {

@@ -12,7 +12,7 @@ use crate::{
     cover::{BLOCK, Cover, covers},
     drawing::{Cancel, Counts},
     exact::decide::{Tally, Truth},
-    ids::{NONE, UNDECIDED},
+    ids::{NONE, SphereIndex, UNDECIDED},
     order::Ordered,
     pair, pool,
     project::{BATCH, Batch},
@@ -105,8 +105,9 @@ impl Source<'_> {
 /// The sphere at the back of a tile's list, if it covers the whole tile and begins where all the
 /// others have ended.
 struct Background {
-    index: i32,
-    /// Its number in the list: an index, or that of a group.
+    index: SphereIndex,
+    /// Its number in the list: an index, or that of a group. What is left out of a tile is told by
+    /// it, in [`PaintTile::without`].
     number: u32,
     /// Whether there is nothing else.
     sole: bool,
@@ -115,7 +116,7 @@ struct Background {
 /// A group of spheres in a tile's list.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Group {
-    index: u32,
+    number: u32,
     /// Nothing of it is nearer.
     nearest: f32,
     window: Window,
@@ -123,8 +124,8 @@ pub(super) struct Group {
 
 impl Item for Group {
     #[inline(always)]
-    fn new(_: Projected, nearest: f64, index: u32, window: Window) -> Self {
-        Self { index, nearest: towards_eye(nearest), window }
+    fn new(_: Projected, nearest: f64, number: u32, window: Window) -> Self {
+        Self { number, nearest: towards_eye(nearest), window }
     }
 }
 
@@ -182,12 +183,12 @@ impl Painter<'_> {
                 }
                 let background = self.background(source, tile);
                 if let Some(Background { index, sole: true, .. }) = background {
-                    return self.fill(tile, index, canvas);
+                    return self.fill(tile, index.id(), canvas);
                 }
                 TILE.with_borrow_mut(|state| {
                     let mut depths = depths[tile];
                     let number = background.as_ref().map(|background| background.number);
-                    let id = background.map_or(NONE, |background| background.index);
+                    let id = background.map_or(NONE, |background| background.index.id());
                     self.paint_tile::<M>(
                         source,
                         tile,
@@ -237,8 +238,8 @@ impl Painter<'_> {
         /// Longer lists are seldom all in front of something.
         const MOST: usize = 64;
         let Binner { projector, grid, scene, .. } = self.binner;
-        let project = |scene: &Scene, index: u32| {
-            let (block, at) = scene.locate(index as usize);
+        let project = |scene: &Scene, at: usize| {
+            let (block, at) = scene.locate(at);
             projector.project(block.center(at), block.radius(at))
         };
         // The last to begin: its number, and the index of its sphere.
@@ -248,39 +249,40 @@ impl Painter<'_> {
                 let nearest = |entry: &Entry| entry.sphere.nearest();
                 let last = entries.iter().max_by(|a, b| nearest(a).total_cmp(&nearest(b)));
                 last.filter(|_| entries.len() <= MOST)
-                    .map(|last| (last.index, last.index, entries.len()))
+                    .map(|last| (last.index.0, last.index, entries.len()))
             }
             Source::Groups(lists, ordered) => {
                 let groups = lists.tile(grid, tile);
                 let last = groups.iter().max_by(|a, b| a.nearest.total_cmp(&b.nearest));
-                let only =
-                    last.filter(|_| groups.len() <= MOST).and_then(|last| ordered.only(last.index));
-                last.zip(only).map(|(last, only)| (last.index, only, groups.len()))
+                let only = last
+                    .filter(|_| groups.len() <= MOST)
+                    .and_then(|last| ordered.only(last.number));
+                last.zip(only).map(|(last, only)| (last.number, only, groups.len()))
             }
         }?;
-        let sphere = project(self.scene, index);
+        let sphere = project(self.scene, index.at());
         let in_front = |other: u32, sphere_or_group: &dyn Fn() -> Projected| {
             other == number || sphere_or_group().farthest() < sphere.nearest()
         };
         let all_in_front = match source {
             Source::Spheres(lists) => {
-                lists.tile(grid, tile).iter().all(|entry| in_front(entry.index, &|| entry.sphere))
+                lists.tile(grid, tile).iter().all(|entry| in_front(entry.index.0, &|| entry.sphere))
             }
             Source::Groups(lists, _) => lists
                 .tile(grid, tile)
                 .iter()
-                .all(|group| in_front(group.index, &|| project(scene, group.index))),
+                .all(|group| in_front(group.number, &|| project(scene, group.number as usize))),
         };
         let ([x, y], side) = grid.corner(tile);
         let columns = x..(x + side).min(projector.region.width as usize);
         let rows = y..(y + side).min(projector.region.height as usize);
         let found = all_in_front && covers(projector, &sphere, columns, rows);
-        found.then_some(Background { index: index as i32, number, sole: count == 1 })
+        found.then_some(Background { index, number, sole: count == 1 })
     }
 
-    /// Writes one index to all pixels of a tile.
-    fn fill(&self, tile: usize, index: i32, canvas: &Canvas) {
-        canvas.rows(&self.binner.grid, tile, |_, to| to.fill(MaybeUninit::new(index)));
+    /// Writes one id to all pixels of a tile.
+    fn fill(&self, tile: usize, id: i32, canvas: &Canvas) {
+        canvas.rows(&self.binner.grid, tile, |_, to| to.fill(MaybeUninit::new(id)));
     }
 
     /// Writes the ids of a tile; where there is none, `background`.
@@ -356,7 +358,7 @@ struct Drawn {
 #[derive(Clone, Copy)]
 struct Known {
     ball: Ball,
-    index: u32,
+    index: SphereIndex,
     /// A clip plane may cut it: then it does not hide all that lies inside of it.
     cut: bool,
 }
@@ -367,7 +369,7 @@ impl Drawn {
 
     /// Whether a sphere is nowhere seen in the tile: it is the same as one of these that comes
     /// before it, or lies inside of one.
-    fn hide(&self, ball: Ball, index: u32) -> bool {
+    fn hide(&self, ball: Ball, index: SphereIndex) -> bool {
         let hides = |known: &Known| {
             if ball == known.ball {
                 known.index < index
@@ -400,7 +402,7 @@ const FRESH: usize = 64;
 struct PaintTile<'a, M> {
     painter: &'a Painter<'a>,
     source: Source<'a>,
-    /// What is listed and left out.
+    /// What is listed and left out, by [`Background::number`].
     without: Option<u32>,
     tile: usize,
     state: &'a mut Tile,
@@ -460,7 +462,7 @@ impl<M: Mode> PaintTile<'_, M> {
                     return;
                 }
                 for entry in some {
-                    let out = self.without == Some(entry.index);
+                    let out = self.without == Some(entry.index.0);
                     if !out && !hidden(self.depths, entry.sphere.nearest(), entry.window) {
                         self.entry::<L, PERSPECTIVE>(entry, projector.cuts(&entry.sphere), place);
                     }
@@ -513,15 +515,16 @@ impl<M: Mode> PaintTile<'_, M> {
                 if self.painter.cancel.is_cancelled() {
                     return;
                 }
-                let out = self.without == Some(group.index);
+                let out = self.without == Some(group.number);
                 if out || hidden(self.depths, group.nearest.into(), group.window) {
                     continue;
                 }
-                let first = ordered.starts[group.index as usize] as usize;
-                let count = ordered.starts[group.index as usize + 1] as usize - first;
+                let number = group.number as usize;
+                let [first, next] = [number, number + 1].map(|at| ordered.starts[at] as usize);
+                let count = next - first;
                 // If no clip plane cuts the cluster's bounding sphere, none cuts its spheres. If a
                 // sphere that was drawn holds the bounding sphere, it hides the whole cluster.
-                let around = ordered.groups.known(group.index as usize);
+                let around = ordered.groups.known(number);
                 if self.state.is_crowded() && self.drawn.hold(around.into()) {
                     continue;
                 }

@@ -39,6 +39,7 @@ use super::{
 use crate::{
     axes::{Axes, Axis, dot, integer, least_exponent},
     camera::{Pitch, Projection, View},
+    ids::SphereIndex,
     scene::{Ball, Bounds},
 };
 
@@ -309,10 +310,10 @@ impl Pixel<'_> {
     /// The nearest of some spheres, by index; at equal depth the lowest index.
     pub fn nearest(
         &self,
-        balls: impl IntoIterator<Item = (u32, Ball)>,
+        balls: impl IntoIterator<Item = (SphereIndex, Ball)>,
         tally: &mut Tally,
-    ) -> Option<u32> {
-        let mut best: Option<(u32, Hit)> = None;
+    ) -> Option<SphereIndex> {
+        let mut best: Option<(SphereIndex, Hit)> = None;
         for (index, ball) in balls {
             let Some(hit) = self.hit(ball, tally) else { continue };
             let wins = match &best {
