@@ -10,7 +10,7 @@
 use std::ops::Range;
 
 use crate::{
-    camera::Region,
+    camera::{MAX_SIDE, Region},
     drawing::Met,
     exact::decide::Truth,
     float::U,
@@ -25,8 +25,17 @@ use crate::{
 
 /// Relative bound of the edge of a slab: lemma B1 of docs/numerics.md needs 3 u.
 pub const EDGE: f64 = 4.0 * U;
+/// log2 of the side of a tile in pixels, at most.
+pub const MOST_SHIFT: u32 = 6;
+// A `Window` is of `u8`.
+const _: () = assert!(1 << MOST_SHIFT <= 1 << u8::BITS);
 /// Slabs of a tile, at most.
 const MOST_SLABS: u64 = 64;
+/// Slabs of all tiles together, at most, where tiles have several.
+const SLABS: u64 = 1 << 18;
+// Keys are `u32` in `Found`. Numbers of tiles are `i32` in `Visit::batch`, of whatever side.
+const _: () = assert!(SLABS <= 1 << u32::BITS);
+const _: () = assert!(MAX_SIDE as u64 * MAX_SIDE as u64 <= i32::MAX as u64);
 /// A tile misses a disc if it is farther from the middle than the radius by this many position
 /// bounds (lemma B2 of docs/numerics.md).
 pub const APART: f64 = 1.5;
@@ -39,7 +48,7 @@ const FEW: usize = 1 << 15;
 /// The tiles and slabs of a region.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid {
-    /// Side of a tile in pixels is `1 << shift`; at most 64.
+    /// Side of a tile in pixels is `1 << shift`; at most [`MOST_SHIFT`].
     pub shift: u32,
     /// Tiles across.
     pub columns: u32,
@@ -77,7 +86,7 @@ impl Grid {
     /// How many slabs so many spheres want.
     fn wanted(tiles: usize, spheres: f64) -> u32 {
         // A slab to about 4,096 spheres a tile is plenty; few tiles may have more slabs.
-        let by_tiles = (1 << 18) / tiles.max(1) as u64;
+        let by_tiles = SLABS / tiles.max(1) as u64;
         let by_spheres = (spheres / 256.0) as u64;
         by_tiles.min(by_spheres).clamp(1, MOST_SLABS) as u32
     }
@@ -283,7 +292,11 @@ pub struct Binner<'a> {
 
 impl<'a> Binner<'a> {
     /// For tiles with sides of `1 << shift` pixels.
+    ///
+    /// # Panics
+    /// When that is more than [`MOST_SHIFT`].
     pub fn new(scene: &'a Scene, truth: &Truth, region: Region, shift: u32) -> Self {
+        assert!(shift <= MOST_SHIFT, "tiles are at most 64 pixels wide");
         let projector = Projector::new(truth, region);
         let grid = Grid::new(scene, &projector, shift);
         Self { scene, ordered: None, projector, grid, little: false }

@@ -13,12 +13,17 @@ use crate::{
     project::Projector,
     projected::Projected,
     scene::Scene,
+    simd::LANES,
 };
 
 /// Side of a block, pixels.
 pub const BLOCK: usize = 8;
+// `Tile::freshen` takes a row of a block as one vector.
+const _: () = assert!(BLOCK == LANES);
 /// Side of a square that is tried before its blocks.
 const SQUARE: usize = 64;
+// Squares begin where blocks do, see `Cover::add`.
+const _: () = assert!(SQUARE.is_multiple_of(BLOCK));
 
 /// Depths behind which nothing is seen.
 pub struct Cover {

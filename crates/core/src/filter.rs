@@ -41,6 +41,8 @@ const SOLID: f64 = 4.0;
 const WIDTH_PARALLEL: f64 = 0.58;
 /// The same for perspective rays; lemma F5 needs 0.617.
 const WIDTH_PERSPECTIVE: f64 = 0.62;
+/// The radius over `sqrt T`, unless `T` is `4 E`.
+const EDGE: f64 = 256.0;
 /// How far before `b` a hit that is not solid may be, over `sqrt T`; lemma F6 needs 1.139.
 const RIM: f64 = 1.14;
 /// Bound of `b` over `D`, roundings of depths included (lemma F5).
@@ -76,7 +78,7 @@ impl Screen {
             (1.0 + x.max(y), 1.0 + x * x + y * y)
         });
         let delta = kappa * position;
-        let plain = (65536.0 * SOLID * DOUBT * (1.0 + 1e-6)) * (spread * delta);
+        let plain = (EDGE * EDGE * SOLID * DOUBT * (1.0 + 1e-6)) * (spread * delta);
         // Where squares come near to what underflows, or overflow, every sphere is looked at by
         // itself.
         let usable = plain > 1e-100 && plain < 1e100 && spread < 1e40;
@@ -88,7 +90,7 @@ impl Screen {
             delta,
             plain: if usable { plain } else { f64::INFINITY },
             doubt,
-            width: if usable { 256.0 * per_quotient * doubt } else { 0.0 },
+            width: if usable { EDGE * per_quotient * doubt } else { 0.0 },
         }
     }
 
@@ -120,9 +122,9 @@ impl Margins {
         let Screen { doubt, width, .. } = *screen;
         Self {
             doubt: doubt * radius,
-            solid: radius * radius * (1.0 / 65536.0),
+            solid: radius * radius * (1.0 / (EDGE * EDGE)),
             width,
-            rim: (RIM / 256.0) * radius,
+            rim: (RIM / EDGE) * radius,
         }
     }
 
@@ -132,7 +134,7 @@ impl Margins {
         if s.r >= screen.plain {
             return Self::shared(s.r, &screen);
         }
-        Self::own::<PERSPECTIVE>(s, &screen, s.r * s.r * (1.0 / 65536.0))
+        Self::own::<PERSPECTIVE>(s, &screen, s.r * s.r * (1.0 / (EDGE * EDGE)))
     }
 
     /// Of a sphere whose hits are solid as near to its silhouette as may be: then depths are not

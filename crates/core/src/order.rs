@@ -21,6 +21,8 @@ use crate::{
 
 /// Spheres in a group, at most.
 pub const GROUP: usize = BATCH;
+// `bins` and `cpu::paint` project a group as one batch.
+const _: () = assert!(GROUP <= BATCH);
 /// Bytes a sphere that it takes at most to put a scene in order, and to keep it.
 pub const BYTES: u64 = 40;
 

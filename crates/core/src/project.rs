@@ -10,18 +10,21 @@
 use glam::DVec3;
 
 use crate::{
-    camera::{Projection, Region, View},
+    camera::{MAX_SIDE, Projection, Region, View},
     exact::decide::Truth,
     filter::Screen,
     float::U,
     projected::Projected,
     scene::{Block, Radii, Reals},
+    simd::LANES,
 };
 
 /// A footprint is wider than a sphere by this many position bounds (lemmas P4, P6).
 pub const REACH: f64 = 1.5;
 /// And by this many pixels: a unit in the last place of 2^14, for the roundings of a pixel's place.
 pub const MARGIN: f64 = f64::from_bits((1023 - 38) << 52);
+// Lemma P4 of docs/numerics.md: places on the screen are below 2^15.
+const _: () = assert!(MAX_SIDE <= 1 << 15);
 /// Bound of the slopes of tangents, see [`slopes`].
 pub const SLOPE: f64 = 12.0 * U;
 
@@ -54,6 +57,10 @@ pub struct Projector {
 
 /// How many spheres are projected at once: arrays of this length stay in the first cache.
 pub const BATCH: usize = 64;
+// Masks of a batch are `u64` here, in `bins` and in `cpu::paint`, which shifts out what it lacks.
+const _: () = assert!(BATCH == u64::BITS as usize);
+// Loops over a batch are whole vectors.
+const _: () = assert!(BATCH.is_multiple_of(LANES));
 
 /// A batch of spheres in view space, one array a coordinate, and the pixels of the region that each
 /// may be seen at: columns `left ..= right`, rows `top ..= bottom`; none if `left > right` or `top

@@ -21,6 +21,8 @@ use crate::{ids::SphereIndex, simd};
 
 /// The most spheres a scene may hold: indices are written as `int32`.
 pub const MAX_SPHERES: usize = i32::MAX as usize;
+// `SphereIndex::id` is an `i32`. The GPU's `decide` takes `u32::MAX` for no index.
+const _: () = assert!(MAX_SPHERES <= i32::MAX as usize);
 
 /// One sphere: centre and radius in world units, colour in sRGB with 8 bits a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

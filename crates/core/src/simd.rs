@@ -8,6 +8,8 @@ use std::mem::MaybeUninit;
 
 /// How many numbers are in a vector.
 pub const LANES: usize = 8;
+// Masks of lanes are `u8` here, in `tile`, and where a GPU's leftovers are decided.
+const _: () = assert!(LANES == u8::BITS as usize);
 
 /// A hint that an element of a slice is soon to be read; none of one beyond its end, nor where the
 /// processor's are not in Rust's library.
@@ -293,6 +295,10 @@ mod x86 {
     /// Two vectors of AVX2.
     #[derive(Clone, Copy)]
     pub struct Avx2(__m256d, __m256d);
+
+    // `load` and `store` of each move so many numbers, unchecked.
+    const _: () = assert!(size_of::<Avx512>() == LANES * size_of::<f64>());
+    const _: () = assert!(size_of::<Avx2>() == LANES * size_of::<f64>());
 
     /// An expression of intrinsics.
     macro_rules! vector {

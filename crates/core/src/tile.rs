@@ -29,6 +29,8 @@ const CLOSED: i32 = NONE - 1;
 /// A bit of a holder's index where it is one of several that may be nearest; closed pixels have it,
 /// too.
 const OPEN: i32 = i32::MIN;
+// `cpu::paint` and the GPU's `decide` tell by the order that neither is a sphere or the background.
+const _: () = assert!(CLOSED < NONE && OPEN < NONE && CLOSED & OPEN != 0);
 
 /// What is done with bounds. Only [`Exact`] is used to draw; a benchmark that measures what
 /// exactness costs brings modes of its own.
@@ -129,7 +131,7 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
     }
 }
 
-/// The pixels of a tile; `SIDE` is a multiple of [`BLOCK`], and of [`LANES`].
+/// The pixels of a tile; `SIDE` is a multiple of [`BLOCK`], which is [`LANES`].
 #[repr(align(64))]
 #[derive(Clone)]
 pub struct Tile<const SIDE: usize> {
@@ -235,7 +237,13 @@ impl<L: Lanes> Test<L> {
 
 impl<const SIDE: usize> Tile<SIDE> {
     /// Blocks a side.
-    const BLOCKS: usize = SIDE / BLOCK;
+    pub const BLOCKS: usize = {
+        assert!(SIDE.is_multiple_of(BLOCK), "a tile is made of whole blocks, and of whole vectors");
+        assert!(SIDE <= u64::BITS as usize, "`open` has a bit for each row");
+        let blocks = SIDE / BLOCK;
+        assert!(blocks * blocks <= u64::BITS as usize, "`stale` has a bit for each block");
+        blocks
+    };
 
     /// Nothing is seen yet in the first columns and rows; beyond them there are no pixels.
     #[inline(always)]

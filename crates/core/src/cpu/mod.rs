@@ -18,7 +18,7 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    bins::{Binner, Entry, Keep, Window, Workspace, split},
+    bins::{Binner, Entry, Keep, MOST_SHIFT, Window, Workspace, split},
     camera::{Region, View},
     cover::{BLOCK, Cover},
     drawing::{Cancel, DrawError, Drawing, Met},
@@ -33,11 +33,17 @@ use paint::{Depths, Group, Painter, Source, Sums, Tile, hidden};
 
 /// Side of the largest tile, pixels.
 const SIDE: usize = 64;
+// Lists are made of tiles of this side and of half of it, see `shift`; `Depths` has whole blocks of
+// both.
+const _: () = assert!(SIDE == 1 << SIDE.ilog2() && SIDE.ilog2() <= MOST_SHIFT);
+const _: () = assert!((SIDE / 2).is_multiple_of(BLOCK));
 /// Blocks a side of a tile; for each the farthest depth is kept.
-const BLOCKS: usize = SIDE / BLOCK;
+const BLOCKS: usize = Tile::BLOCKS;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40
 /// after.
 pub const WAVE: usize = 1 << 18;
+// `cli::explain` counts memory so: an entry, its key, and its copy in the list.
+const _: () = assert!(size_of::<Entry>() == 40 && 2 * 40 + size_of::<u32>() == 84);
 /// Pixels of a band at most: its state is 12 bytes a pixel when there are several waves.
 pub const BAND: usize = 4 << 20;
 

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::{Meta, Part, Pixel};
 use crate::{
-    camera::{Region, ScreenSize},
+    camera::{MAX_SIDE, Region, ScreenSize},
     depth::{Lens, Shown},
     exact::decide::{Hit, Tally, Truth},
     project::{BATCH, Batch, Projector},
@@ -211,6 +211,9 @@ struct Slot {
     /// Place in [`Merge::scene`].
     place: u32,
 }
+
+// Columns and rows of an image fit into a `Slot::window`.
+const _: () = assert!(MAX_SIDE <= 1 << u16::BITS);
 
 /// What is seen at the pixels of a region.
 pub struct Band {
@@ -550,7 +553,7 @@ impl Slot {
             for (k, slot) in slots.iter_mut().enumerate() {
                 let sides = [batch.left[k], batch.right[k], batch.top[k], batch.bottom[k]];
                 let seen = sides[0] <= sides[1] && sides[2] <= sides[3];
-                // Inside an image no side is beyond 2^15.
+                // Columns and rows of an image fit, see `Slot::window`.
                 slot.window = if seen { sides.map(|side| side as u16) } else { [1, 0, 1, 0] };
                 // To world units by a power of two, which rounds where that is subnormal.
                 let sphere = batch.sphere(k);
