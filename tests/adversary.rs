@@ -45,7 +45,7 @@ use planisphere_gpu::{
     lists::{Spheres, Wave},
     plan::{self, Band, Class, Eye, FRESH, Fixed, LAST, Limits, Segment, TILE, TILE_PIXELS},
 };
-use planisphere_shaders::{FANS, Lanes, PLANES, STATES, Variant};
+use planisphere_shaders::{FANS, Lanes, PLANES, STATES, TILES_ALONE, Variant};
 use rayon::prelude::*;
 
 /// The shader of a variant, parsed.
@@ -100,7 +100,7 @@ fn emulated(
         let module = modules.entry(variant).or_insert_with(|| module(variant)).clone();
         let mut machine = Machine::new(module, Unfriendly::new(habits, seed));
         let places: Vec<_> = segments.iter().map(|segment| band.place(segment.tile)).collect();
-        let groups = (tiles.len() as u32).div_ceil(TILE);
+        let groups = (tiles.len() as u32).div_ceil(TILES_ALONE);
         let frame =
             plan::Frame { first: 0, tiles: tiles.len() as u32, row: groups, disorder, ..eye.frame };
         machine.bind(0, bytemuck::bytes_of(&frame));

@@ -4,7 +4,10 @@
 use std::mem::{offset_of, size_of};
 
 use planisphere_gpu::plan;
-use planisphere_shaders::{TILES_TOGETHER, Variant};
+use planisphere_shaders::{
+    FEW, FEW_TILES, Lanes, NAIVE, NAIVE_SIDE, SUBGROUP, Source, TILES_ALONE, TILES_IN_TURN,
+    TILES_TOGETHER, Variant, WORKGROUP,
+};
 
 #[test]
 fn every_variant_is_valid() {
@@ -96,6 +99,7 @@ fn shared_constants_are_those_of_rust() {
     for line in [
         format!("const FRESH = {:#x}u;", plan::FRESH),
         format!("const LAST = {:#x}u;", plan::LAST),
+        format!("const SLOT = {:#x}u;", plan::SLOT),
         format!("const NEVER = {:e};", plan::NEVER),
         format!("const NOTHING = {:#x}u;", plan::NEVER.to_bits()),
         format!("const TOGETHER = {TILES_TOGETHER}u;"),
@@ -104,4 +108,56 @@ fn shared_constants_are_those_of_rust() {
     ] {
         assert!(text.contains(&line), "{line}");
     }
+}
+
+/// The host dispatches as many workgroups as tiles need, by how many of them one draws.
+#[test]
+fn workgroups_draw_as_many_tiles_as_are_dispatched_for_them() {
+    let mut largest = 0;
+    for variant in Variant::all() {
+        let source = variant.source();
+        let (module, _) = source.validate().unwrap();
+        let [size, 1, 1] = module.entry_points[0].workgroup_size else { panic!("{variant:?}") };
+        largest = largest.max(size);
+        // Invocations of a column each draw a tile, or as a subgroup several.
+        let (each, tiles, words) = match (variant.lanes, variant.few) {
+            (Lanes::Alone, _) => (
+                1,
+                TILES_ALONE,
+                vec![
+                    format!("* {TILES_ALONE}u + local / {}u;", plan::TILE),
+                    format!("let column = local % {}u;", plan::TILE),
+                ],
+            ),
+            (Lanes::Eight, false) => (
+                TILES_IN_TURN,
+                TILES_TOGETHER,
+                vec![
+                    format!("* TOGETHER + part * {TILES_IN_TURN}u;"),
+                    format!("let end = min(at + {TILES_IN_TURN}u, frame.tiles);"),
+                    format!("i += {SUBGROUP}u;"),
+                    format!("own, {}u, pixels);", SUBGROUP - 1),
+                ],
+            ),
+            (Lanes::Eight, true) => (
+                FEW_TILES,
+                TILES_TOGETHER,
+                vec![
+                    format!("* TOGETHER + part * {FEW_TILES}u;"),
+                    format!("first + lane / {FEW}u,"),
+                    format!("first + {}u, lane,", FEW_TILES - 1),
+                ],
+            ),
+        };
+        assert_eq!(size / plan::TILE * each, tiles, "{variant:?}");
+        // Ids are stored four at a time.
+        let stored = if variant.merged { plan::TILE_PIXELS } else { plan::TILE_PIXELS / 4 };
+        let place = format!("(tile.slot & SLOT) * {stored}u");
+        for words in words.into_iter().chain([place]) {
+            assert!(source.text.contains(&words), "{variant:?}: `{words}`");
+        }
+    }
+    assert_eq!(largest, WORKGROUP);
+    let (naive, _) = Source::join(&[NAIVE]).validate().unwrap();
+    assert_eq!(naive.entry_points[0].workgroup_size, [NAIVE_SIDE, NAIVE_SIDE, 1]);
 }

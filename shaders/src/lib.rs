@@ -36,10 +36,27 @@ pub struct Variant {
     pub few: bool,
 }
 
+/// Invocations of a workgroup, at most.
+pub const WORKGROUP: u32 = 64;
+/// Invocations of a subgroup, with [`Lanes::Eight`]: one for each column of a tile.
+pub const SUBGROUP: u32 = 8;
 /// Entries of lists that are short.
 pub const FEW: u32 = 2;
+/// So many tiles with short lists a subgroup draws at once.
+pub const FEW_TILES: u32 = 4;
+// Each lane fetches one entry of one of these tiles.
+const _: () = assert!(FEW_TILES * FEW == SUBGROUP);
+/// So many other tiles a subgroup draws in turn.
+pub const TILES_IN_TURN: u32 = 8;
 /// So many tiles are drawn by one workgroup, with [`Lanes::Eight`].
 pub const TILES_TOGETHER: u32 = 32;
+// Workgroups are of whole subgroups, with short lists and without.
+const _: () = assert!(TILES_TOGETHER.is_multiple_of(TILES_IN_TURN));
+const _: () = assert!(TILES_TOGETHER.is_multiple_of(FEW_TILES));
+/// So many tiles are drawn by one workgroup, with [`Lanes::Alone`].
+pub const TILES_ALONE: u32 = 8;
+/// Columns and rows of a workgroup of [`NAIVE`].
+pub const NAIVE_SIDE: u32 = 8;
 
 /// Bindings of group 0 that are not in every variant.
 pub const STATES: u32 = 5;

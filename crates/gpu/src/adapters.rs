@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Features};
 
-use planisphere_shaders::Lanes;
+use crate::plan::Record;
+use planisphere_shaders::{Lanes, SUBGROUP, WORKGROUP};
 
 /// Storage buffers that the largest variant binds.
 const STORAGE_BUFFERS: u32 = 7;
 /// Least size of a storage binding: a million spheres.
-const BINDING: u64 = 16 << 20;
+const BINDING: u64 = (size_of::<Record>() as u64) << 20;
 
 /// Which adapter to take.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -151,16 +152,17 @@ fn assess(adapter: &Adapter) -> Suitability {
     if binding < BINDING {
         lacks.push(format!("storage bindings of {} MiB (it has {})", BINDING >> 20, binding >> 20));
     }
-    if limits.max_compute_invocations_per_workgroup < 64 || limits.max_compute_workgroup_size_x < 64
-    {
-        lacks.push("workgroups of 64".into());
+    let workgroup =
+        limits.max_compute_invocations_per_workgroup.min(limits.max_compute_workgroup_size_x);
+    if workgroup < WORKGROUP {
+        lacks.push(format!("workgroups of {WORKGROUP}"));
     }
     let mut remarks = Vec::new();
-    let eight = (info.subgroup_min_size, info.subgroup_max_size) == (8, 8);
+    let eight = (info.subgroup_min_size, info.subgroup_max_size) == (SUBGROUP, SUBGROUP);
     let lanes = if eight && adapter.features().contains(Features::SUBGROUP) {
         Lanes::Eight
     } else {
-        remarks.push("no subgroups of exactly 8: the portable kernel is used".into());
+        remarks.push(format!("no subgroups of exactly {SUBGROUP}: the portable kernel is used"));
         Lanes::Alone
     };
     Suitability { lanes, lacks, remarks }
@@ -346,6 +348,13 @@ mod tests {
             hardware,
             lacks: lacks.iter().map(|&what| what.into()).collect(),
         }
+    }
+
+    #[test]
+    fn as_many_buffers_are_asked_for_as_are_bound() {
+        // All but the first are storage.
+        let bound = planisphere_shaders::Variant::all().map(|variant| variant.bindings().len() - 1);
+        assert_eq!(bound.max(), Some(STORAGE_BUFFERS as usize));
     }
 
     /// A discrete GPU, one that is built in, and two software devices, in the order in which a

@@ -33,7 +33,6 @@ use planisphere_core::{
 };
 
 const SIDE: usize = TILE as usize;
-const _: () = assert!(SIDE == LANES, "a row of a tile is one vector");
 
 /// So many tiles a thread decides at a time, at most.
 const MANY: usize = 32;
@@ -43,6 +42,8 @@ const SOON: usize = 2 * LANES;
 
 /// So many spheres of a list are remembered, to know their duplicates.
 const SEEN: usize = 2 * LANES;
+// `Seen::repeats` looks at whole vectors.
+const _: () = assert!(SEEN.is_multiple_of(LANES));
 
 /// What decides: the spheres, and the lists of a wave.
 #[derive(Clone, Copy)]

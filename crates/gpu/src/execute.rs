@@ -19,7 +19,7 @@ use planisphere_core::{
     ids::{NONE, Slot, SortedIndex, TileIndex, UNDECIDED},
     pool, simd,
 };
-use planisphere_shaders::{FANS, Lanes, PLANES, STATES, TILES_TOGETHER, Variant};
+use planisphere_shaders::{FANS, Lanes, PLANES, STATES, TILES_ALONE, TILES_TOGETHER, Variant};
 
 /// A device that does not answer for as long is lost.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -198,7 +198,7 @@ impl Executor {
         if has(PLANES) {
             self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
         }
-        let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { TILE };
+        let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { TILES_ALONE };
         let groups = (tiles.len() as u32).div_ceil(together);
         let row = groups.min(self.workgroups);
         let frame = plan::Frame {
@@ -470,7 +470,6 @@ impl Answers<'_> {
 
 /// Some pixels of a tile, column by column, a bit for each.
 pub type Pixels = u64;
-const _: () = assert!(TILE_PIXELS == Pixels::BITS as usize);
 
 /// The pixels of a tile in its first columns and rows.
 fn inside(across: usize, height: usize) -> Pixels {

@@ -28,7 +28,7 @@ use std::{
 
 use rayon::prelude::*;
 
-use crate::plan::{Band, Eye, Fixed, Limits, TILE, TILE_PIXELS};
+use crate::plan::{Band, Eye, Fixed, Limits, ROUND, Record, TILE, TILE_PIXELS, TILES};
 use adapters::{AdapterChoice, NoAdapter, PassedOver, Suitability};
 use decide::{Among, AtOnce, Done, LeftOver, Undecided};
 use execute::{Answers, Executor, Pixels};
@@ -251,15 +251,15 @@ impl Gpu {
         let effort = Effort::default();
         let limits = Limits {
             wave: 1 << 22,
-            entries: (binding / 4).min(1 << 24),
-            tiles: (binding / (TILE_PIXELS * size_of::<plan::State>())).min(1 << 16),
+            entries: (binding / size_of::<SortedIndex>()).min(1 << 24),
+            tiles: (binding / (TILE_PIXELS * size_of::<plan::State>())).min(TILES),
             few: 0,
             worth: effort.few,
-            round: 32_768,
+            round: ROUND,
         };
         Ok(Self {
             // 64 Mi spheres in a buffer are plenty.
-            chunk: (binding / 16).min(1 << 26),
+            chunk: (binding / size_of::<Record>()).min(1 << 26),
             executor: Executor::new(device, queue, suitability.lanes),
             info,
             limits,
@@ -679,14 +679,14 @@ impl Gpu {
                 let buffer = self.guarded(|gpu| {
                     let buffer = gpu.executor.device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some("spheres"),
-                        size: range.len() as u64 * 16,
+                        size: (range.len() * size_of::<Record>()) as u64,
                         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                         mapped_at_creation: false,
                     });
                     gpu.send_spheres(scene, fixed, ordered.as_deref(), range.clone(), &buffer);
                     Ok(buffer)
                 })?;
-                self.uploads += range.len() as u64 * 16;
+                self.uploads += (range.len() * size_of::<Record>()) as u64;
                 chunks.push(Chunk { range, buffer });
             }
         }
@@ -716,8 +716,9 @@ impl Gpu {
         let mut records = Vec::new();
         for start in range.clone().step_by(PART) {
             let part = start..range.end.min(start + PART);
-            let at = ((start - range.start) * 16) as u64;
-            let Some(size) = NonZeroU64::new((part.len() * 16) as u64) else { continue };
+            let bytes = |spheres: usize| (spheres * size_of::<Record>()) as u64;
+            let at = bytes(start - range.start);
+            let Some(size) = NonZeroU64::new(bytes(part.len())) else { continue };
             part.into_par_iter()
                 .with_min_len(1 << 12)
                 .map(|place| {

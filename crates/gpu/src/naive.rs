@@ -5,16 +5,19 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{Gpu, memory::Growing};
+use crate::plan::ITERATIONS;
 use planisphere_core::{
     camera::{Projection, Region, View},
     drawing::DrawError,
     scene::Scene,
 };
-use planisphere_shaders::NAIVE;
+use planisphere_shaders::{NAIVE, NAIVE_SIDE};
 
-/// Software devices end loops after 65,535 turns; more spheres than this would give a wrong picture
-/// in no time.
+/// Software devices end loops after [`ITERATIONS`]; more spheres than this would give a wrong
+/// picture in no time.
 pub const MOST: usize = 60_000;
+// One for each sphere.
+const _: () = assert!(MOST < ITERATIONS as usize);
 
 /// `Frame` of the shader.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -143,7 +146,8 @@ impl Naive {
             let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             compute.set_pipeline(&self.pipeline);
             compute.set_bind_group(0, &group, &[]);
-            compute.dispatch_workgroups(image.width.div_ceil(8), image.height.div_ceil(8), 1);
+            let [across, down] = [image.width, image.height].map(|side| side.div_ceil(NAIVE_SIDE));
+            compute.dispatch_workgroups(across, down, 1);
         }
         encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
         let submission = queue.submit([encoder.finish()]);

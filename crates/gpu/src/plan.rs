@@ -15,15 +15,32 @@ use glam::DVec3;
 
 use planisphere_core::{
     axes::Axes,
-    camera::{Projection, Region, View},
-    ids::{SortedIndex, TileIndex},
+    camera::{MAX_SIDE, Projection, Region, View},
+    cover,
+    ids::{Slot, SortedIndex, TileIndex},
     scene::Bounds,
+    simd::LANES,
 };
+use planisphere_shaders::{SUBGROUP, TILES_IN_TURN};
 
 /// Side of a tile in pixels.
 pub const TILE: u32 = 8;
+// `decide` takes a row of a tile as one vector; its masks of rows and of columns, and those of
+// `execute`, are `u8`.
+const _: () = assert!(TILE as usize == LANES && TILE == u8::BITS);
+// `lists::Uncovered` takes the blocks of a cover for tiles.
+const _: () = assert!(TILE as usize == cover::BLOCK);
+// `lists::Wave::collect` gives the side as its logarithm.
+const _: () = assert!(TILE.is_power_of_two());
+// In a subgroup, each invocation draws a column.
+const _: () = assert!(TILE == SUBGROUP);
 /// Pixels of a tile.
 pub const TILE_PIXELS: usize = (TILE * TILE) as usize;
+// `execute::Pixels` has a bit for each.
+const _: () = assert!(TILE_PIXELS == u64::BITS as usize);
+
+/// A sphere as the device has it, see [`Fixed::record`].
+pub type Record = [i32; 4];
 
 /// `Frame` of `shaders/types.wgsl`.
 #[repr(C)]
@@ -85,6 +102,14 @@ pub struct State {
 pub const FRESH: u32 = 1 << 31;
 /// `LAST` of `shaders/types.wgsl`.
 pub const LAST: u32 = 1 << 30;
+/// `SLOT` of `shaders/types.wgsl`: what is left for a slot.
+pub const SLOT: u32 = !(FRESH | LAST);
+// No slot that a device has is one of those that stand for something else.
+const _: () = assert!(Slot::BACKGROUND.0 > SLOT && Slot::HOST.0 > SLOT);
+/// Tiles of a band, at most.
+pub const TILES: usize = 1 << 16;
+// Each may have a slot, and a band is at least a row of them.
+const _: () = assert!(TILES <= SLOT as usize && MAX_SIDE.div_ceil(TILE) as usize <= TILES);
 /// `NEVER` of `shaders/types.wgsl`.
 pub const NEVER: f32 = 1e36;
 
@@ -92,11 +117,23 @@ pub const NEVER: f32 = 1e36;
 const CENTER_BITS: i32 = 28;
 /// Axes are integers times 2^-30.
 const AXIS_BITS: i32 = 30;
+/// Bits of the lower part of a number that [`split`] splits.
+const LOW_BITS: i32 = 15;
+// `rotate` leaves out the products of lower parts, and so divides by 2^AXIS_BITS.
+const _: () = assert!(AXIS_BITS == 2 * LOW_BITS);
 /// Greatest length of an axis, for `rotate`.
 const LONGEST: f64 = 1.5;
 /// Largest offset from the middle of the data to a tile, in steps: with a rotated centre (below 1.5
 /// sqrt 3 * 2^28) it fits an `i32`.
 const OFFSET_LIMIT: f64 = (1 << 30) as f64;
+// 1.5 sqrt 3 is less than 3.
+const _: () = assert!(OFFSET_LIMIT + 3.0 * (1u32 << CENTER_BITS) as f64 <= i32::MAX as f64);
+/// From the middle of a tile to the middles of its outer pixels, and a little more, in pixels.
+const HALF_TILE: f64 = 3.6;
+const _: () = assert!((TILE - 1) as f64 / 2.0 < HALF_TILE);
+/// Tiles reach beyond the screen, by less than so many pixels.
+const BEYOND: f64 = 16.0;
+const _: () = assert!(TILE as f64 <= BEYOND);
 /// One WGSL rounding.
 const ULP: f64 = 1.0 / (1 << 23) as f64;
 
@@ -141,7 +178,7 @@ impl Fixed {
     /// A sphere as the device has it: centre, and the bits of the radius in units as f32.
     /// Differences round monotonely, so a component is at most 2^28; a tiny radius may become 0,
     /// which `ROTATION_ERROR` dwarfs.
-    pub fn record(&self, center: DVec3, radius: f64) -> [i32; 4] {
+    pub fn record(&self, center: DVec3, radius: f64) -> Record {
         let unit = power(-self.exponent);
         let c = (center - self.middle) * unit;
         let r = ((radius * unit) as f32).min(f32::MAX);
@@ -156,15 +193,15 @@ impl Fixed {
 
 /// `split` of `shaders/rotate.wgsl`: `v = high 2^15 + low` with `|low| <= 2^14`.
 pub fn split(v: [i32; 3]) -> ([i32; 3], [i32; 3]) {
-    let high = v.map(|c| c.wrapping_add(1 << 14) >> 15);
-    (high, std::array::from_fn(|k| v[k] - (high[k] << 15)))
+    let high = v.map(|c| c.wrapping_add(1 << (LOW_BITS - 1)) >> LOW_BITS);
+    (high, std::array::from_fn(|k| v[k] - (high[k] << LOW_BITS)))
 }
 
 /// `rotate` of `shaders/rotate.wgsl`: close to `axis . v / 2^30`.
 pub fn rotate(axis: [i32; 3], v: [i32; 3]) -> i32 {
     let dot = |a: [i32; 3], b: [i32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let ((ah, al), (vh, vl)) = (split(axis), split(v));
-    dot(ah, vh) + ((dot(ah, vl) + dot(al, vh) + (1 << 14)) >> 15)
+    dot(ah, vh) + ((dot(ah, vl) + dot(al, vh) + (1 << (LOW_BITS - 1))) >> LOW_BITS)
 }
 
 /// A view as the device has it, but for what differs from tile to tile.
@@ -241,7 +278,7 @@ fn middle_in_view(middle: DVec3, origin: DVec3, axes: [DVec3; 3]) -> (DVec3, DVe
 /// Half the screen and a tile more, at distance 1 or anywhere; and how long the axes of perspective
 /// tiles are, at most.
 fn reach(image: [f64; 2], pitch: [f64; 2], perspective: bool) -> ([f64; 2], f64) {
-    let half = [(0.5 * image[0] + 16.0) * pitch[0], (0.5 * image[1] + 16.0) * pitch[1]];
+    let half = [0, 1].map(|k| (0.5 * image[k] + BEYOND) * pitch[k]);
     let length = 1.001 * (1.0 + half[0] * half[0] + half[1] * half[1]).sqrt();
     (half, if perspective { length } else { 1.0 })
 }
@@ -280,7 +317,7 @@ fn level(fixed: &Fixed, radius: f64, fine: f64, coarse: f64, tilt: Option<f64>) 
 /// How far before the first hit depths in a perspective tile start, so that keys of hits are above
 /// 0: lemma V9 of docs/numerics.md. Lengths are in steps.
 fn key_margin(spread: f64, widest: f64, delta: f64, radius: f64, farthest: f64) -> f64 {
-    let half = 3.6 * widest;
+    let half = HALF_TILE * widest;
     let by_radius = (1.0 / 32.0 + half / 8.0) * radius;
     1.07 * spread * (1024.0 * delta + spread * (by_radius + half / 24.0 * farthest))
 }
@@ -471,10 +508,20 @@ pub struct Limits {
     pub few: u32,
     /// Where fewer tiles have such lists, they are drawn with the others.
     pub worth: usize,
-    /// Entries of one tile in one pass. Mesa's software device drops loop iterations beyond 65,535
-    /// without a word.
+    /// Entries of one tile in one pass, for the sake of [`ITERATIONS`].
     pub round: u32,
 }
+
+/// Mesa's software device ends the loops of an invocation after so many iterations in all, without
+/// a word.
+pub const ITERATIONS: u32 = 65_535;
+/// [`Limits::round`] of a device.
+pub const ROUND: u32 = 32_768;
+// `tiles_portable.wgsl` takes an iteration for each entry, and one more for each eight.
+const _: () = assert!(ROUND + ROUND.div_ceil(8) < ITERATIONS);
+// `tiles_subgroup8.wgsl` draws several tiles in turn: an iteration for each, and one for as many
+// entries of its list as there are lanes.
+const _: () = assert!(TILES_IN_TURN * (1 + ROUND.div_ceil(SUBGROUP)) < ITERATIONS);
 
 /// Part of a tile's list in one pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
