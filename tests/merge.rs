@@ -633,6 +633,16 @@ fn parts_that_lie_are_refused() {
                 lies += 1;
             }
         }
+        // Where no other part competes the sphere's box tells.
+        let to = Pixel { id: 1, bounds: [low, high] };
+        let bytes = altered(folder, &first, |k, pixel| if k == sky { to } else { pixel }, same);
+        let path = folder.join("alone.npz");
+        fs::write(&path, bytes).unwrap();
+        let alone = [part::part(&path).unwrap()];
+        let merge = Merge::new(&alone, None).unwrap();
+        let error = merge.band(whole).map(|band| band.ids).unwrap_err().to_string();
+        let words = "alone.npz is damaged: its sphere 1 cannot be what is seen";
+        assert!(error.contains(words), "{projection:?}: {error}");
         // A hair off where parts compete: it is found out when it is compared, and changes nothing
         // when it is not.
         for bounds in [

@@ -519,12 +519,11 @@ impl<M: Mode> PaintTile<'_, M> {
                 if out || hidden(self.depths, group.nearest.into(), group.window) {
                     continue;
                 }
-                let number = group.number as usize;
-                let [first, next] = [number, number + 1].map(|at| ordered.starts[at] as usize);
-                let count = next - first;
+                let first = ordered.starts[group.number as usize] as usize;
+                let count = ordered.starts[group.number as usize + 1] as usize - first;
                 // If no clip plane cuts the cluster's bounding sphere, none cuts its spheres. If a
                 // sphere that was drawn holds the bounding sphere, it hides the whole cluster.
-                let around = ordered.groups.known(number);
+                let around = ordered.groups.known(group.number as usize);
                 if self.state.is_crowded() && self.drawn.hold(around.into()) {
                     continue;
                 }
