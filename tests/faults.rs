@@ -421,13 +421,14 @@ fn no_thread_to_be_had_is_told_in_words() {
         eprintln!("a lack of threads was not tried: this needs root, to become somebody else");
         return;
     }
-    // A user of its own for each: limits count all processes of a user.
+    // A user of its own for each: limits count all processes of a user. A copy of the program:
+    // other users may not get to where it is built.
     let mut user = 61300;
     let mut nobody = |before: &str, limit: usize| {
         user += 1;
         format!(
-            "chmod 755 .; {before} exec setpriv --reuid {user} --regid {user} --clear-groups \
-             prlimit --nproc={limit} $P"
+            "cp $P p; chmod 755 . p; {before} exec setpriv --reuid {user} --regid {user} \
+             --clear-groups prlimit --nproc={limit} ./p"
         )
     };
     for command in ["render s.toml -o -", "info", "merge s.toml"] {

@@ -409,7 +409,7 @@ fn where_nothing_answers_each_variable_is_named() {
         (":0.x", "not the name of a display"),
         (no_such.as_str(), "No such file"),
         ("nohost.invalid:0", "nohost.invalid"),
-        ("localhost:30000", "refused"),
+        ("127.0.0.1:30000", "refused"),
     ]
     .map(|(name, words)| (name.to_owned(), words))
     .to_vec();
@@ -623,7 +623,7 @@ fn pictures_come_where_memory_cannot_be_shared() {
         }
     };
     // A network's connection, such as that of ssh, passes no descriptors.
-    for (host, set) in [("", limited), ("localhost", &|command| command)] {
+    for (host, set) in [("", limited), ("127.0.0.1", &|command| command)] {
         let server = XServer::new(&[&SCREEN[..], &["-listen", "tcp", "-ac"]].concat());
         let name = format!("{host}{}", server.display);
         let mut program = Program::view(SCENE, |command| set(command.env("DISPLAY", &name)));
