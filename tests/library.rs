@@ -13,7 +13,7 @@ use planisphere_core::{
         Camera, CameraError, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View, ViewError,
     },
     depth::{PlaneError, depth_plane},
-    drawing::{Cancel, DrawError},
+    drawing::{Control, DrawError},
     scene::{Scene, Sphere},
 };
 use planisphere_image::Paint;
@@ -313,8 +313,8 @@ fn cancels(choice: DeviceChoice) {
     let view = View::new(Camera::framing(scene.bounds(), image), image);
     let mut device = Device::open(&choice).unwrap();
     for wait in [0, 30, 300, 1000] {
-        let cancel = Cancel::new();
-        device.cancel_on(&cancel);
+        let control = Control::new();
+        device.controlled_by(&control);
         let (sender, begun) = mpsc::channel();
         let spent = thread::scope(|scope| {
             let (device, scene, view) = (&mut device, &scene, &view);
@@ -326,7 +326,7 @@ fn cancels(choice: DeviceChoice) {
             begun.recv().unwrap();
             thread::sleep(Duration::from_millis(wait));
             let asked = Instant::now();
-            cancel.cancel();
+            control.cancel();
             let (result, ended) = drawing.join().unwrap();
             assert!(matches!(result, Err(DrawError::Cancelled)), "{result:?} after {wait} ms");
             ended.duration_since(asked)
@@ -335,16 +335,16 @@ fn cancels(choice: DeviceChoice) {
         let limit = Duration::from_secs(if cfg!(debug_assertions) { 60 } else { 3 });
         assert!(spent < limit, "ended {spent:?} after it was cancelled");
     }
-    let cancelled = Cancel::new();
+    let cancelled = Control::new();
     cancelled.cancel();
-    device.cancel_on(&cancelled);
+    device.controlled_by(&cancelled);
     let small = ImageSize { width: 40, height: 30 };
     let view = View::new(Camera::framing(scene.bounds(), small), small);
     let again = |device: &mut Device| {
         device.draw(&scene, &view, Region::whole(small)).map(|drawing| drawing.ids)
     };
     assert!(matches!(again(&mut device), Err(DrawError::Cancelled)));
-    device.cancel_on(&Cancel::new());
+    device.controlled_by(&Control::new());
     let fresh = again(&mut Device::open(&DeviceChoice::Cpu).unwrap()).unwrap();
     assert_eq!(again(&mut device).unwrap(), fresh);
 }

@@ -2,7 +2,7 @@
 
 use std::sync::{
     Arc,
-    atomic::{AtomicBool, Ordering},
+    atomic::{AtomicBool, AtomicU32, Ordering},
 };
 
 use crate::{
@@ -10,28 +10,47 @@ use crate::{
     scene::Scene,
 };
 
-/// Ends drawings from outside: from another thread, or from what a person presses.
+/// Ends drawings from outside, and tells how far they are: from another thread, or for what a
+/// person sees and presses.
 ///
-/// Clones are the same. A device that was given one (`cancel_on`) looks at it between
-/// tiles and between decisions, and `draw` then ends soon, with [`DrawError::Cancelled`].
-#[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+/// Clones are the same. A device that was given one (`controlled_by`) looks at it between tiles,
+/// between decisions and between pieces of all that takes long, and `draw` then ends soon, with
+/// [`DrawError::Cancelled`].
+#[derive(Clone, Debug)]
+pub struct Control {
+    told: Arc<Told>,
+    /// What part of the whole is the work that this one is handed to.
+    share: [f32; 2],
+}
 
-impl Cancel {
-    /// Not cancelled.
+#[derive(Debug, Default)]
+struct Told {
+    cancelled: AtomicBool,
+    /// Bits of an `f32` that is not negative: these are in the order of the numbers.
+    done: AtomicU32,
+}
+
+impl Default for Control {
+    fn default() -> Self {
+        Self { told: Arc::default(), share: [0.0, 1.0] }
+    }
+}
+
+impl Control {
+    /// Not cancelled, and not begun.
     pub fn new() -> Self {
         Self::default()
     }
 
     /// Ends what is drawn now, and all that is begun later.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.told.cancelled.store(true, Ordering::Relaxed);
     }
 
     /// Whether it was cancelled.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.told.cancelled.load(Ordering::Relaxed)
     }
 
     /// An error once it was cancelled.
@@ -40,6 +59,27 @@ impl Cancel {
     /// [`DrawError::Cancelled`].
     pub fn check(&self) -> Result<(), DrawError> {
         if self.is_cancelled() { Err(DrawError::Cancelled) } else { Ok(()) }
+    }
+
+    /// The same for work that is a part of this one, from one fraction of it to another.
+    #[must_use]
+    pub fn part(&self, [from, to]: [f32; 2]) -> Self {
+        Self { told: Arc::clone(&self.told), share: [self.at(from), self.at(to)] }
+    }
+
+    /// Notes that this fraction of the work is done. What was noted never falls.
+    pub fn reach(&self, fraction: f32) {
+        self.told.done.fetch_max(self.at(fraction).max(0.0).to_bits(), Ordering::Relaxed);
+    }
+
+    /// How much of the whole is done, from 0 to 1.
+    pub fn progress(&self) -> f32 {
+        f32::from_bits(self.told.done.load(Ordering::Relaxed))
+    }
+
+    fn at(&self, fraction: f32) -> f32 {
+        let [from, to] = self.share;
+        from + fraction.clamp(0.0, 1.0) * (to - from)
     }
 }
 

@@ -13,7 +13,7 @@ use std::{marker::PhantomData, ops::Range};
 use crate::{
     camera::Projection,
     cover::BLOCK,
-    drawing::Cancel,
+    drawing::Control,
     exact::decide::{Hit, Root, Tally, Truth},
     filter::{BACK, Look, Margins, Row, length},
     ids::{NONE, SphereIndex},
@@ -93,7 +93,7 @@ pub struct Place<'a, const SIDE: usize> {
     columns: [f64; SIDE],
     rows: [f64; SIDE],
     /// Decisions end when this is cancelled.
-    cancel: Option<&'a Cancel>,
+    control: Option<&'a Control>,
 }
 
 impl<'a, const SIDE: usize> Place<'a, SIDE> {
@@ -110,7 +110,7 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
         };
         let (columns, rows) =
             (some(&projector.columns, corner[0]), some(&projector.rows, corner[1]));
-        Self { scene, truth, projector, corner, columns, rows, cancel: None }
+        Self { scene, truth, projector, corner, columns, rows, control: None }
     }
 
     /// A sphere of the scene.
@@ -120,14 +120,14 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
 
     /// Decisions end when this is cancelled, and leave the tile as it is then.
     #[inline(always)]
-    pub fn until(self, cancel: &'a Cancel) -> Self {
-        Self { cancel: Some(cancel), ..self }
+    pub fn until(self, control: &'a Control) -> Self {
+        Self { control: Some(control), ..self }
     }
 
     /// Whether what is under way is to end.
     #[inline(always)]
     fn is_cancelled(&self) -> bool {
-        self.cancel.is_some_and(Cancel::is_cancelled)
+        self.control.is_some_and(Control::is_cancelled)
     }
 }
 

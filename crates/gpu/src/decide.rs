@@ -22,7 +22,7 @@ use super::{
 use crate::plan::TILE;
 use planisphere_core::{
     camera::Region,
-    drawing::Cancel,
+    drawing::Control,
     exact::decide::Tally,
     ids::{NONE, SortedIndex, SphereIndex, TileIndex},
     project::Projector,
@@ -55,7 +55,7 @@ pub struct Among<'a> {
     /// The lists.
     pub wave: &'a Wave,
     /// What is decided after this is cancelled may be anything.
-    pub cancel: &'a Cancel,
+    pub control: &'a Control,
 }
 
 /// Tiles of a row of tiles, and the ids of all its pixels.
@@ -464,12 +464,12 @@ impl tile::Work for Paint<'_> {
 
     #[inline(always)]
     fn run<L: Lanes, const PERSPECTIVE: bool>(self) {
-        let Among { spheres, projector, wave, cancel } = self.among;
+        let Among { spheres, projector, wave, control } = self.among;
         let Spheres { scene, truth, .. } = spheres;
         let Open { tile, corner, pixels, window: open, ref mut state, ref mut farthest } =
             *self.open;
         let [x, y] = corner.map(|at| at as usize);
-        let place = Place::new(scene, truth, projector, [x, y]).until(cancel);
+        let place = Place::new(scene, truth, projector, [x, y]).until(control);
         state.begin::<Exact>(&place);
         let disorder = wave.lists().disorder * truth.scale() * (1.0 + 4.0 * f64::EPSILON);
         // Most tiles have one open pixel: then spheres are looked at there eight at a time, and
@@ -479,7 +479,7 @@ impl tile::Work for Paint<'_> {
         seen.clear();
         let list = wave.tile(tile);
         for (turn, places) in list.chunks(LANES).enumerate() {
-            if cancel.is_cancelled() {
+            if control.is_cancelled() {
                 return;
             }
             // While these are looked at, the next come.

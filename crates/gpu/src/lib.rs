@@ -37,7 +37,7 @@ use planisphere_core::{
     bins::{Keep, KeepAll},
     camera::{Region, View},
     cover::Cover,
-    drawing::{Cancel, DrawError, Drawing, Met},
+    drawing::{Control, DrawError, Drawing, Met},
     exact::decide::{Tally, Truth},
     host::Host,
     ids::{NONE, Slot, SortedIndex, TileIndex, UNDECIDED},
@@ -85,7 +85,7 @@ pub struct Gpu {
     effort: Effort,
     /// What went wrong outside of any call, such as a lost device.
     fault: Arc<Mutex<Option<String>>>,
-    cancel: Cancel,
+    control: Control,
     host: Host,
 }
 
@@ -268,7 +268,7 @@ impl Gpu {
             wave: Wave::default(),
             effort,
             fault,
-            cancel: Cancel::new(),
+            control: Control::new(),
             host: Host::default(),
         })
     }
@@ -341,8 +341,8 @@ impl Gpu {
     }
 
     /// Drawings end when this is cancelled.
-    pub fn cancel_on(&mut self, cancel: &Cancel) {
-        self.cancel = cancel.clone();
+    pub fn controlled_by(&mut self, control: &Control) {
+        self.control = control.clone();
     }
 
     /// Draws a region: lists on the host, the filter on the device, and what it leaves over on the
@@ -474,7 +474,7 @@ impl Gpu {
         let filtered = self.filter_band(job, region, drawing)?;
         let (left_over, mut done) = self.collect_ids(job.spheres, &filtered, drawing, decide)?;
         let settled = self.resolve(job.spheres, &filtered, &left_over, drawing, &mut done);
-        self.cancel.check()?;
+        self.control.check()?;
         drawing.counts.undecided += done.pixels;
         if settled {
             drawing.counts.exact += done.tally.big as usize;
@@ -500,7 +500,7 @@ impl Gpu {
         for chunk in chunks {
             let mut left = spheres.split(chunk.range.clone());
             while !left.iter().all(Range::is_empty) {
-                self.cancel.check()?;
+                self.control.check()?;
                 let begin = Instant::now();
                 let (wave, limit) = (&mut self.wave, self.limits.wave);
                 let (of_wave, met_now) = match &cover {
@@ -577,7 +577,7 @@ impl Gpu {
         self.guarded(|gpu| {
             let projector = filtered.lists_projector().filter(|_| decide);
             let at_once = projector.map(|projector| {
-                let among = Among { spheres, projector, wave: &gpu.wave, cancel: &gpu.cancel };
+                let among = Among { spheres, projector, wave: &gpu.wave, control: &gpu.control };
                 let left_over = LeftOver { among, columns, backgrounds };
                 AtOnce::new(left_over, region.pixels() / HOPELESS)
             });
@@ -623,7 +623,7 @@ impl Gpu {
         let ids = &mut drawing.ids[start..];
         done.tally += match filtered.lists_projector() {
             Some(projector) => {
-                let among = Among { spheres, projector, wave: &self.wave, cancel: &self.cancel };
+                let among = Among { spheres, projector, wave: &self.wave, control: &self.control };
                 LeftOver { among, columns: band.columns, backgrounds }.decide(left_over, ids)
             }
             None => self.decide_again(spheres, left_over, *region, band, ids),
@@ -652,7 +652,7 @@ impl Gpu {
                 spheres,
                 projector,
                 wave: &self.wave,
-                cancel: &self.cancel,
+                control: &self.control,
             });
         }
         undecided.write(ids, region);

@@ -5,7 +5,7 @@ use std::time::Instant;
 use planisphere_core::{
     camera::{Region, View},
     cpu::{self, Cpu},
-    drawing::{Cancel, DrawError, Drawing},
+    drawing::{Control, DrawError, Drawing},
     scene::Scene,
 };
 use planisphere_gpu as gpu;
@@ -22,7 +22,7 @@ pub struct Hybrid {
     /// The GPU.
     pub gpu: Gpu,
     cpu: Cpu,
-    cancel: Cancel,
+    control: Control,
     effort: cpu::Effort,
     /// How many frames the GPU rests after one that it left to the CPU.
     rest: usize,
@@ -38,7 +38,7 @@ impl Hybrid {
         gpu.on(host());
         let effort = cpu::Effort { order: gpu::Effort::default().order, ..cpu::Effort::default() };
         let cpu = Cpu::with(effort).on(host());
-        Self { gpu, cpu, cancel: Cancel::new(), effort, rest: REST, resting: 0, drawn: None }
+        Self { gpu, cpu, control: Control::new(), effort, rest: REST, resting: 0, drawn: None }
     }
 
     /// With other thresholds, to test that they do not show.
@@ -48,10 +48,10 @@ impl Hybrid {
     }
 
     /// Drawings end when this is cancelled.
-    pub fn cancel_on(&mut self, cancel: &Cancel) {
-        self.cancel = cancel.clone();
-        self.cpu.cancel_on(cancel);
-        self.gpu.cancel_on(cancel);
+    pub fn controlled_by(&mut self, control: &Control) {
+        self.control = control.clone();
+        self.cpu.controlled_by(control);
+        self.gpu.controlled_by(control);
     }
 
     /// Draws a region of a view of a scene. After a picture that the GPU left to the CPU as a
@@ -67,7 +67,7 @@ impl Hybrid {
     ) -> Result<Drawing, DrawError> {
         if self.drawn != Some(scene.identity()) {
             (self.cpu, self.resting) = (Cpu::with(self.effort).on(host()), 0);
-            self.cpu.cancel_on(&self.cancel);
+            self.cpu.controlled_by(&self.control);
             self.drawn = Some(scene.identity());
         }
         if self.resting > 0 {

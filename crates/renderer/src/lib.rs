@@ -13,7 +13,7 @@ use std::{sync::OnceLock, time::Instant};
 use planisphere_core::{
     camera::{Region, View},
     cpu::Cpu,
-    drawing::{Cancel, DrawError, Drawing},
+    drawing::{Control, DrawError, Drawing},
     host::Host,
     scene::Scene,
 };
@@ -179,11 +179,11 @@ impl Device {
     }
 
     /// Drawings on this device end when this is cancelled.
-    pub fn cancel_on(&mut self, cancel: &Cancel) {
+    pub fn controlled_by(&mut self, control: &Control) {
         match self {
-            Self::Cpu(cpu) => cpu.cancel_on(cancel),
+            Self::Cpu(cpu) => cpu.controlled_by(control),
             #[cfg(feature = "gpu")]
-            Self::Gpu(hybrid) => hybrid.cancel_on(cancel),
+            Self::Gpu(hybrid) => hybrid.controlled_by(control),
         }
     }
 

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use planisphere_core::{
     camera::{Region, View},
-    drawing::{Cancel, DrawError},
+    drawing::{Control, DrawError},
 };
 use planisphere_image::Paint;
 use planisphere_io::load::Loaded;
@@ -61,7 +61,7 @@ pub(super) enum Drawn {
 pub(super) struct Painter {
     jobs: Sender<View>,
     thread: JoinHandle<()>,
-    cancel: Cancel,
+    control: Control,
 }
 
 impl Painter {
@@ -75,10 +75,10 @@ impl Painter {
         done: impl Fn(Drawn) + Send + 'static,
     ) -> io::Result<Self> {
         let (jobs, queue) = mpsc::channel();
-        let cancel = Cancel::new();
-        device.cancel_on(&cancel);
+        let control = Control::new();
+        device.controlled_by(&control);
         let drawing = Arc::<AtomicBool>::default();
-        look(&loaded, &drawing, cancel.clone());
+        look(&loaded, &drawing, control.clone());
         let thread = thread::Builder::new().name("drawing".into()).spawn(move || {
             while let Ok(view) = queue.recv() {
                 drawing.store(true, Ordering::Relaxed);
@@ -87,7 +87,7 @@ impl Painter {
                 done(drawn);
             }
         })?;
-        Ok(Self { jobs, thread, cancel })
+        Ok(Self { jobs, thread, control })
     }
 
     /// Begins a picture. One at a time: the next when this one is done.
@@ -99,9 +99,9 @@ impl Painter {
     /// Ends the thread, and the picture that is under way. Answers whether it still is after a
     /// moment: then it is not waited for.
     pub fn end(self) -> bool {
-        let Self { jobs, thread, cancel } = self;
+        let Self { jobs, thread, control } = self;
         drop(jobs);
-        cancel.cancel();
+        control.cancel();
         let start = Instant::now();
         while !thread.is_finished() {
             if start.elapsed() > LEAVE {
@@ -122,7 +122,7 @@ pub(super) fn arrays_changed(loaded: &Loaded) -> Option<String> {
 
 /// Cancels, by another thread, the picture under way while which an array changes: one of changed
 /// numbers can take for ever. Where there is no thread to be had, it is not cut short.
-fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, cancel: Cancel) {
+fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, control: Control) {
     if loaded.watch.is_empty() {
         return;
     }
@@ -131,7 +131,7 @@ fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, cancel: Cancel) {
         while let Some(drawing) = drawing.upgrade() {
             if drawing.load(Ordering::Relaxed) && arrays_changed(&loaded).is_some() {
                 // No other picture can be drawn after it.
-                return cancel.cancel();
+                return control.cancel();
             }
             drop(drawing);
             thread::sleep(LOOK);

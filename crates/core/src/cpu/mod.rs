@@ -21,7 +21,7 @@ use crate::{
     bins::{Binner, Entry, Keep, MOST_SHIFT, Window, Workspace, split},
     camera::{Region, View},
     cover::{BLOCK, Cover},
-    drawing::{Cancel, DrawError, Drawing, Met},
+    drawing::{Control, DrawError, Drawing, Met},
     exact::decide::Truth,
     host::Host,
     order::{GROUP, Ordered, has_room, is_crowded},
@@ -88,7 +88,7 @@ pub struct Cpu {
     ordered: Option<Option<Arc<Ordered>>>,
     /// A good part of that scene's spheres all but coincide.
     crowded: bool,
-    cancel: Cancel,
+    control: Control,
     host: Host,
 }
 
@@ -105,8 +105,8 @@ impl Cpu {
     }
 
     /// Drawings end when this is cancelled.
-    pub fn cancel_on(&mut self, cancel: &Cancel) {
-        self.cancel = cancel.clone();
+    pub fn controlled_by(&mut self, control: &Control) {
+        self.control = control.clone();
     }
 
     /// Takes over the order of a scene that will be drawn.
@@ -189,7 +189,7 @@ impl Cpu {
             if !self.draw_groups::<M>(scene, &truth, band, drawing) {
                 self.draw_band::<M>(scene, &truth, band, drawing);
             }
-            self.cancel.check()?;
+            self.control.check()?;
             top += height;
         }
         Ok(())
@@ -223,7 +223,8 @@ impl Cpu {
         }
         let drawn = host.now();
         let sums = Mutex::new(Sums::default());
-        let painter = Painter { scene, truth, binner: &binner, sums: &sums, cancel: &self.cancel };
+        let painter =
+            Painter { scene, truth, binner: &binner, sums: &sums, control: &self.control };
         painter.paint_once::<M>(Source::Groups(lists, ordered), &depths, &mut drawing.ids);
         drawing.times.render += host.since(drawn);
         drawing.counts.tiles += binner.grid.tiles();
@@ -254,7 +255,8 @@ impl Cpu {
         let binner = Binner::new(scene, truth, band, shift(band));
         let grid = binner.grid;
         let sums = Mutex::new(Sums::default());
-        let painter = Painter { scene, truth, binner: &binner, sums: &sums, cancel: &self.cancel };
+        let painter =
+            Painter { scene, truth, binner: &binner, sums: &sums, control: &self.control };
         let cover = self.cover(scene, &binner);
         let mut depths = Depths::of_tiles(cover.as_ref(), &grid);
         let mut front = vec![f64::INFINITY; grid.tiles()];
@@ -290,7 +292,7 @@ impl Cpu {
                     .for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
                 painter.paint::<M>(Source::Spheres(lists), &mut self.tiles, &mut depths);
                 drawing.times.render += host.since(drawn);
-                if self.cancel.is_cancelled() {
+                if self.control.is_cancelled() {
                     break;
                 }
                 if left.iter().all(Range::is_empty) {

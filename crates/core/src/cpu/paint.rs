@@ -10,7 +10,7 @@ use crate::{
     bins::{Binner, Entry, Grid, Item, Lists, Window, towards_eye},
     camera::Region,
     cover::{BLOCK, Cover, covers},
-    drawing::{Cancel, Counts},
+    drawing::{Control, Counts},
     exact::decide::{Tally, Truth},
     ids::{NONE, SphereIndex, UNDECIDED},
     order::Ordered,
@@ -81,7 +81,7 @@ pub(super) struct Painter<'a> {
     pub(super) binner: &'a Binner<'a>,
     pub(super) sums: &'a Mutex<Sums>,
     /// Tiles that are begun after this is cancelled hold anything.
-    pub(super) cancel: &'a Cancel,
+    pub(super) control: &'a Control,
 }
 
 /// What a tile is drawn from.
@@ -178,7 +178,7 @@ impl Painter<'_> {
     ) {
         Canvas::append(ids, self.binner.projector.region, |canvas| {
             pool::each(self.binner.grid.tiles(), |tile| {
-                if self.cancel.is_cancelled() || source.is_empty(self.binner, tile) {
+                if self.control.is_cancelled() || source.is_empty(self.binner, tile) {
                     return self.fill(tile, NONE, canvas);
                 }
                 let background = self.background(source, tile);
@@ -219,7 +219,7 @@ impl Painter<'_> {
     ) {
         tiles.par_iter_mut().zip(depths).with_max_len(8).enumerate().for_each(
             |(tile, (state, depths))| {
-                if !self.cancel.is_cancelled() && !source.is_empty(self.binner, tile) {
+                if !self.control.is_cancelled() && !source.is_empty(self.binner, tile) {
                     self.paint_tile::<M>(source, tile, None, state, depths, None);
                 }
             },
@@ -422,7 +422,7 @@ impl<M: Mode> tile::Work for PaintTile<'_, M> {
     fn run<L: Lanes, const PERSPECTIVE: bool>(mut self) -> Sums {
         let Painter { scene, truth, binner, .. } = *self.painter;
         let place = Place::new(scene, truth, &binner.projector, binner.grid.corner(self.tile).0);
-        let place = place.until(self.painter.cancel);
+        let place = place.until(self.painter.control);
         if self.whole.is_some() {
             self.painter.clear(self.tile, self.state);
         }
@@ -458,7 +458,7 @@ impl<M: Mode> PaintTile<'_, M> {
             for some in
                 [self.first(entries), entries].into_iter().flat_map(|entries| entries.chunks(FRESH))
             {
-                if self.painter.cancel.is_cancelled() {
+                if self.painter.control.is_cancelled() {
                     return;
                 }
                 for entry in some {
@@ -512,7 +512,7 @@ impl<M: Mode> PaintTile<'_, M> {
             groups.extend_from_slice(lists.slab(grid, self.tile, slab));
             groups.sort_unstable_by(|a, b| a.nearest.total_cmp(&b.nearest));
             for group in &groups {
-                if self.painter.cancel.is_cancelled() {
+                if self.painter.control.is_cancelled() {
                     return;
                 }
                 let out = self.without == Some(group.number);
