@@ -97,6 +97,8 @@ fn open(choice: Choice) -> Drawer {
 }
 
 fn draw(drawer: &mut Drawer, scene: &Scene, view: &View, region: Region, name: &str) -> Vec<i32> {
+    // Others may have drawn the scene, and put it into order.
+    let scene = &if drawer.twice { scene.fresh() } else { scene.clone() };
     let mut ids = || {
         let drawing = drawer
             .device

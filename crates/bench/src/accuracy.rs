@@ -751,7 +751,7 @@ fn price(
         let spheres = made.scene.len();
         say(&format!("price of exactness: {} spheres, {}", count(spheres), made.name));
         for contender in &settings.devices {
-            let mut device = Device::open(&contender.choice)?;
+            let (mut device, made) = (Device::open(&contender.choice)?, made.fresh());
             let (mut full, mut plain) = (Samples::default(), Samples::default());
             // The difference is small, so many pairs are measured, and more where pictures are
             // drawn fast. The order within a pair alternates. After the first pairs the same views

@@ -111,6 +111,7 @@ pub struct Recipe {
 }
 
 /// A scene, and from where it is seen.
+#[derive(Clone, Debug)]
 pub struct Made {
     /// In words.
     pub name: String,
@@ -118,6 +119,15 @@ pub struct Made {
     pub scene: Scene,
     /// Shows the whole cube.
     pub camera: Camera,
+}
+
+impl Made {
+    /// The same with a scene of which nothing was found yet: a device that begins with it is not
+    /// helped by what others found.
+    #[must_use]
+    pub fn fresh(&self) -> Self {
+        Self { scene: self.scene.fresh(), ..self.clone() }
+    }
 }
 
 /// Seen along this.

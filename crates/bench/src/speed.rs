@@ -26,6 +26,7 @@ use super::{
 use planisphere_core::{
     camera::{ImageSize, Region, View},
     drawing::{DrawError, Drawing},
+    scene::Scene,
 };
 use planisphere_gpu as gpu;
 use planisphere_gpu::naive::Naive;
@@ -512,8 +513,9 @@ impl Bench<'_> {
             for _ in 0..COLD.min(self.settings.frames) {
                 let mut device = frames.open.add(|| Device::open(&contender.choice))?;
                 let view = subject.view(0);
-                frames.draw_cold(&mut device, made, &view, region, &subject.first.ids)?;
-                frames.device = Some(device);
+                let scene = made.scene.fresh();
+                frames.draw_cold(&mut device, &scene, &view, region, &subject.first.ids)?;
+                frames.device = Some((device, scene));
             }
             devices.push(frames);
         }
@@ -544,7 +546,7 @@ impl Bench<'_> {
             let view = subject.view(step);
             let exact = (step == asked).then_some(&subject.last.ids[..]);
             for frames in &mut *devices {
-                frames.draw_moved(made, &view, region, exact)?;
+                frames.draw_moved(&view, region, exact)?;
             }
             if step + naive_frames > asked {
                 let ids = naive.time.add(|| naive::draw(&made.scene, &view, region));
@@ -563,7 +565,7 @@ impl Bench<'_> {
 
     /// More moved frames of the devices where these are short, and the last one again.
     fn more_frames(&self, subject: &Subject, entrants: &mut Entrants) -> Result<(), BenchError> {
-        let &Subject { made, region, .. } = subject;
+        let &Subject { region, .. } = subject;
         let devices = &mut entrants.devices;
         let asked = self.settings.frames;
         // Frames of about a millisecond scatter: their medians are taken of more.
@@ -574,12 +576,12 @@ impl Bench<'_> {
         let more = (ENOUGH / medians.fold(0.0, f64::max)).min((MORE * asked) as f64) as usize;
         for step in asked + 1..=more {
             for frames in &mut *devices {
-                frames.draw_moved(made, &subject.view(step), region, None)?;
+                frames.draw_moved(&subject.view(step), region, None)?;
             }
         }
         for _ in 0..asked {
             for frames in &mut *devices {
-                frames.draw_unchanged(made, &subject.view(asked), region, &subject.last.ids)?;
+                frames.draw_unchanged(&subject.view(asked), region, &subject.last.ids)?;
             }
         }
         Ok(())
@@ -793,7 +795,8 @@ fn read_ids(path: &Path, count: usize) -> io::Result<Vec<i32>> {
 /// The frames of one device.
 #[derive(Default)]
 struct Frames {
-    device: Option<Device>,
+    /// With a scene of its own, of which only this device has found anything.
+    device: Option<(Device, Scene)>,
     open: Samples,
     cold: Samples,
     moved: Samples,
@@ -815,25 +818,24 @@ impl Frames {
     fn draw_cold(
         &mut self,
         device: &mut Device,
-        made: &Made,
+        scene: &Scene,
         view: &View,
         region: Region,
         exact: &[i32],
     ) -> Result<(), BenchError> {
-        let drawing = self.cold.add(|| device.draw(&made.scene, view, region))?;
+        let drawing = self.cold.add(|| device.draw(scene, view, region))?;
         self.compare(&drawing, exact);
         Ok(())
     }
 
     fn draw_moved(
         &mut self,
-        made: &Made,
         view: &View,
         region: Region,
         exact: Option<&[i32]>,
     ) -> Result<(), BenchError> {
-        let Some(device) = &mut self.device else { return Ok(()) };
-        let drawing = self.moved.add(|| device.draw(&made.scene, view, region))?;
+        let Some((device, scene)) = &mut self.device else { return Ok(()) };
+        let drawing = self.moved.add(|| device.draw(scene, view, region))?;
         self.tests = drawing.counts.tests;
         if let Some(exact) = exact {
             self.compare(&drawing, exact);
@@ -843,13 +845,12 @@ impl Frames {
 
     fn draw_unchanged(
         &mut self,
-        made: &Made,
         view: &View,
         region: Region,
         exact: &[i32],
     ) -> Result<(), BenchError> {
-        let Some(device) = &mut self.device else { return Ok(()) };
-        let drawing = self.unchanged.add(|| device.draw(&made.scene, view, region))?;
+        let Some((device, scene)) = &mut self.device else { return Ok(()) };
+        let drawing = self.unchanged.add(|| device.draw(scene, view, region))?;
         self.compare(&drawing, exact);
         Ok(())
     }
@@ -878,7 +879,7 @@ impl Baseline {
         view: &View,
         exact: Option<&[i32]>,
     ) -> Result<(), BenchError> {
-        let Some(Device::Gpu(hybrid)) = &mut frames.device else { return Ok(()) };
+        let Some((Device::Gpu(hybrid), _)) = &mut frames.device else { return Ok(()) };
         let gpu = &mut hybrid.gpu;
         if self.plain.is_none() {
             let mut naive = Naive::new(gpu);

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use crate::{
     camera::{MAX_SIDE, Region},
-    drawing::Met,
+    drawing::{Control, Met},
     exact::decide::Truth,
     float::U,
     ids::{SortedIndex, SphereIndex},
@@ -288,6 +288,7 @@ pub struct Binner<'a> {
     pub grid: Grid,
     /// So little is kept that one thread will do.
     little: bool,
+    control: Option<&'a Control>,
 }
 
 impl<'a> Binner<'a> {
@@ -299,7 +300,18 @@ impl<'a> Binner<'a> {
         assert!(shift <= MOST_SHIFT, "tiles are at most 64 pixels wide");
         let projector = Projector::new(truth, region);
         let grid = Grid::new(scene, &projector, shift);
-        Self { scene, ordered: None, projector, grid, little: false }
+        Self { scene, ordered: None, projector, grid, little: false, control: None }
+    }
+
+    /// Ends when this is cancelled; lists then hold anything, and spheres are left.
+    pub fn until(self, control: &'a Control) -> Self {
+        Self { control: Some(control), ..self }
+    }
+
+    /// Whether it was cancelled.
+    #[inline(always)]
+    fn is_cancelled(&self) -> bool {
+        self.control.is_some_and(Control::is_cancelled)
     }
 
     /// Goes by the groups of the same spheres in order.
@@ -324,6 +336,9 @@ impl<'a> Binner<'a> {
     pub fn sample<K: Keep>(&self, step: usize, keep: &K) -> Vec<u64> {
         let mut areas = vec![0u64; self.grid.tiles() * self.grid.slabs as usize];
         for first in (0..self.scene.len()).step_by(step * BATCH) {
+            if self.is_cancelled() {
+                break;
+            }
             let batch = first..(first + BATCH).min(self.scene.len());
             simd::dispatch(Visit {
                 binner: self,
@@ -685,7 +700,7 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> simd
                     let len = batch.len.min(end - first);
                     let found = self.batch(&mut batch, len, farthest, first, &mut met);
                     first += len;
-                    if found >= self.limit {
+                    if found >= self.limit || self.binner.is_cancelled() {
                         return (first, met);
                     }
                 }
@@ -695,6 +710,9 @@ impl<K: Keep, F: FnMut(usize, usize, Projected, f64, u32, Window) -> usize> simd
         let Some((_, groups)) = ordered.groups.blocks().next() else { return (end, met) };
         let mut around = Batch::default();
         for some in (start..end).step_by(BATCH) {
+            if self.binner.is_cancelled() {
+                return (some, met);
+            }
             let [mut on_screen, hidden] =
                 self.binner.groups_seen(groups, (self.keep, farthest), some..end, &mut around);
             while on_screen != 0 {

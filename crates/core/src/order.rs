@@ -6,17 +6,25 @@
 //! made once for a scene, and exactness rests on two things here: a group's sphere holds its
 //! spheres whole, and what is left out is the same as an earlier sphere.
 
-use std::ops::Range;
+use std::{
+    fmt,
+    ops::Range,
+    sync::{
+        Arc, Mutex, OnceLock, PoisonError,
+        atomic::{AtomicU32, Ordering},
+    },
+};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
+    drawing::{Control, DrawError},
     host::Host,
     ids::{SortedIndex, SphereIndex},
     pair,
     project::BATCH,
-    scene::{Ball, Block, Colors, Radii, Reals, Scene},
+    scene::{Ball, Block, Colors, Column, Radii, Reals, Scene},
 };
 
 /// Spheres in a group, at most.
@@ -46,25 +54,47 @@ pub struct Ordered {
     pub groups: Scene,
 }
 
+impl fmt::Debug for Ordered {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { indices, groups, .. } = self;
+        f.debug_struct("Ordered")
+            .field("spheres", &indices.len())
+            .field("groups", &groups.len())
+            .finish()
+    }
+}
+
 impl Ordered {
     /// Of a scene, in groups as tight as may be. Spheres that are the same as an earlier one, which
     /// are seen nowhere, are left out if there are many. None where exponents are so extreme that
     /// squares of f64 could leave their range: without it everything works,
     /// slower.
-    pub fn new(scene: &Scene) -> Option<Self> {
-        usable(scene).then(|| {
-            let arranged = arranged(scene, &distinct(scene));
-            Self::of(scene, arranged)
-        })
+    ///
+    /// # Errors
+    /// When it was cancelled.
+    pub fn new(scene: &Scene, control: &Control) -> Result<Option<Self>, DrawError> {
+        if !usable(scene) {
+            return Ok(None);
+        }
+        let arranged = arranged(scene, &distinct(scene, control)?, control)?;
+        Self::of(scene, arranged, control).map(Some)
     }
 
     /// The same, several times sooner made, with looser groups. No group lies across a multiple of
     /// `part` spheres.
-    pub fn coarse(scene: &Scene, part: usize) -> Option<Self> {
-        usable(scene).then(|| {
-            let arranged = along_a_curve(scene, &distinct(scene), part);
-            Self::of(scene, arranged)
-        })
+    ///
+    /// # Errors
+    /// When it was cancelled.
+    pub fn coarse(
+        scene: &Scene,
+        part: usize,
+        control: &Control,
+    ) -> Result<Option<Self>, DrawError> {
+        if !usable(scene) {
+            return Ok(None);
+        }
+        let arranged = along_a_curve(scene, &distinct(scene, control)?, part, control)?;
+        Self::of(scene, arranged, control).map(Some)
     }
 
     /// Number of spheres.
@@ -77,54 +107,47 @@ impl Ordered {
         self.indices.is_empty()
     }
 
-    fn of(scene: &Scene, (indices, starts): (Vec<SphereIndex>, Vec<u32>)) -> Self {
+    fn of(
+        scene: &Scene,
+        (indices, starts): (Vec<SphereIndex>, Vec<u32>),
+        control: &Control,
+    ) -> Result<Self, DrawError> {
         let bounds = scene.bounds();
+        let count = indices.len();
         let blocks = || scene.blocks().map(|(_, block)| block).filter(|block| !block.is_empty());
         let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
         let centers = if single {
-            Reals::F32(
-                gather(&indices, 3, |index, to| {
-                    to.copy_from_slice(&center(scene, index).as_vec3().to_array())
-                })
-                .into(),
-            )
+            let row = |k: usize| center(scene, indices[k]).as_vec3().to_array();
+            Reals::F32(Column::of_rows(made(count, control, row)?))
         } else {
-            Reals::F64(
-                gather(&indices, 3, |index, to| {
-                    to.copy_from_slice(&center(scene, index).to_array())
-                })
-                .into(),
-            )
+            let row = |k: usize| center(scene, indices[k]).to_array();
+            Reals::F64(Column::of_rows(made(count, control, row)?))
         };
         let radii = if bounds.min_radius == bounds.max_radius {
             Radii::Same(bounds.max_radius)
         } else if blocks().all(|block| matches!(block.radii, Radii::Each(Reals::F32(_)))) {
-            Radii::Each(Reals::F32(
-                gather(&indices, 1, |index, to| to[0] = radius(scene, index) as f32).into(),
-            ))
+            let radius = |k: usize| radius(scene, indices[k]) as f32;
+            Radii::Each(Reals::F32(made(count, control, radius)?.into()))
         } else {
-            Radii::Each(Reals::F64(
-                gather(&indices, 1, |index, to| to[0] = radius(scene, index)).into(),
-            ))
+            let radius = |k: usize| radius(scene, indices[k]);
+            Radii::Each(Reals::F64(made(count, control, radius)?.into()))
         };
         let block = Block { centers, radii, colors: Colors::Same([0; 3]) };
-        let (middles, reaches): (Vec<DVec3>, Vec<f64>) = starts
-            .par_windows(2)
-            .map(|ends| around(&block, ends[0] as usize..ends[1] as usize))
-            .unzip();
+        let group = |k: usize| around(&block, starts[k] as usize..starts[k + 1] as usize);
+        let groups: Vec<(DVec3, f64)> = made(starts.len() - 1, control, group)?;
+        let (middles, reaches): (Vec<[f64; 3]>, Vec<f64>) =
+            groups.into_iter().map(|(middle, reach)| (middle.to_array(), reach)).unzip();
         let groups = Scene::new(vec![Block {
-            centers: Reals::F64(
-                middles.iter().flat_map(DVec3::to_array).collect::<Vec<_>>().into(),
-            ),
+            centers: Reals::F64(Column::of_rows(middles)),
             radii: Radii::Each(Reals::F64(reaches.into())),
             colors: Colors::Same([0; 3]),
         }]);
-        Self {
+        Ok(Self {
             block,
             indices,
             starts,
             groups: groups.expect("finite and positive, as the exponents are not extreme"),
-        }
+        })
     }
 
     /// Where some spheres lie, given by ascending indices; none for those that are left out.
@@ -191,20 +214,31 @@ fn radius(scene: &Scene, index: SphereIndex) -> f64 {
     block.radius(at)
 }
 
-/// `width` numbers of each of some spheres.
-fn gather<T: Copy + Default + Send + Sync>(
-    indices: &[SphereIndex],
-    width: usize,
-    write: impl Fn(SphereIndex, &mut [T]) + Sync,
-) -> Vec<T> {
-    const PART: usize = 1 << 12;
-    let mut numbers = vec![T::default(); width * indices.len()];
-    numbers.par_chunks_mut(width * PART).zip(indices.par_chunks(PART)).for_each(
-        |(numbers, indices)| {
-            numbers.chunks_exact_mut(width).zip(indices).for_each(|(to, &index)| write(index, to));
+/// Spheres, or groups, that a thread looks at before it asks whether it was cancelled.
+const PART: usize = 1 << 12;
+
+/// What `make` gives for `0..count`, by all threads.
+///
+/// # Errors
+/// When it was cancelled.
+fn made<T: Copy + Send>(
+    count: usize,
+    control: &Control,
+    make: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, DrawError> {
+    let mut all = Vec::with_capacity(count);
+    all.spare_capacity_mut()[..count].par_chunks_mut(PART).enumerate().try_for_each(
+        |(part, to)| {
+            control.check()?;
+            to.iter_mut().enumerate().for_each(|(at, to)| {
+                to.write(make(part * PART + at));
+            });
+            Ok::<(), DrawError>(())
         },
-    );
-    numbers
+    )?;
+    // SAFETY: reserved above, and each of them was written, or this was left by an error.
+    unsafe { all.set_len(count) };
+    Ok(all)
 }
 
 /// A sphere that holds a group whole. The factor is far above the roundings of a distance and a
@@ -256,7 +290,7 @@ fn add_up(counts: &mut [u32], first: u32) -> u32 {
 
 /// Indices in ascending order, without those of spheres that are the same as an earlier one: all of
 /// them, unless many are the same.
-fn distinct(scene: &Scene) -> Vec<SphereIndex> {
+fn distinct(scene: &Scene, control: &Control) -> Result<Vec<SphereIndex>, DrawError> {
     /// A first look takes one sphere in this many. A hash of its numbers chooses it, so that equal
     /// spheres are chosen together.
     const SAMPLE: u64 = 64;
@@ -273,12 +307,15 @@ fn distinct(scene: &Scene) -> Vec<SphereIndex> {
     };
     // Spheres of some hashes, and the later ones of those that are the same.
     let repeated = |of: u64| {
-        let hashes = (0..scene.len() as u32)
-            .into_par_iter()
-            .with_min_len(1 << 12)
-            .map(|index| (hash(SphereIndex(index)), SphereIndex(index)));
-        let mut hashes: Vec<(u64, SphereIndex)> =
-            hashes.filter(|(hash, _)| hash % of == 0).collect();
+        let hashes = (0..scene.len().div_ceil(PART)).into_par_iter().flat_map_iter(|part| {
+            let end = scene.len().min((part + 1) * PART);
+            // Nothing is made of what is left out: it was cancelled.
+            let end = if control.is_cancelled() { part * PART } else { end };
+            let indices = (part * PART..end).map(|index| SphereIndex(index as u32));
+            indices.map(|index| (hash(index), index)).filter(|(hash, _)| hash % of == 0)
+        });
+        let mut hashes: Vec<(u64, SphereIndex)> = hashes.collect();
+        control.check()?;
         hashes.par_sort_unstable();
         let later = hashes.par_chunk_by(|a, b| a.0 == b.0).flat_map_iter(|equal| {
             // Different spheres seldom have one hash: what is the same as the first of them is
@@ -286,21 +323,41 @@ fn distinct(scene: &Scene) -> Vec<SphereIndex> {
             let first = equal[0].1;
             equal[1..].iter().map(|(_, index)| *index).filter(move |&index| same(first, index))
         });
-        (later.collect::<Vec<SphereIndex>>(), hashes.len())
+        Ok::<_, DrawError>((later.collect::<Vec<SphereIndex>>(), hashes.len()))
     };
-    let (some, of) = repeated(SAMPLE);
-    let all = (0..scene.len() as u32).map(SphereIndex);
+    let (some, of) = repeated(SAMPLE)?;
     if some.len() * 16 <= of {
-        return all.collect();
+        return made(scene.len(), control, |index| SphereIndex(index as u32));
     }
     let mut keep = vec![true; scene.len()];
-    repeated(1).0.into_iter().for_each(|index| keep[index.at()] = false);
-    all.filter(|&index| keep[index.at()]).collect()
+    repeated(1)?.0.into_iter().for_each(|index| keep[index.at()] = false);
+    Ok((0..scene.len() as u32).map(SphereIndex).filter(|&index| keep[index.at()]).collect())
+}
+
+/// So many spheres in turn between two looks whether it was cancelled.
+const STRIDE: usize = 1 << 16;
+
+/// So many things of no meaning yet.
+///
+/// # Errors
+/// When it was cancelled.
+fn room<T: Copy + Default>(count: usize, control: &Control) -> Result<Vec<T>, DrawError> {
+    let mut all = Vec::with_capacity(count);
+    while all.len() < count {
+        control.check()?;
+        all.resize(count.min(all.len() + STRIDE), T::default());
+    }
+    Ok(all)
 }
 
 /// Some indices along a Morton curve through the cells of a grid, in their order inside of each;
 /// and where groups begin.
-fn along_a_curve(scene: &Scene, some: &[SphereIndex], part: usize) -> (Vec<SphereIndex>, Vec<u32>) {
+fn along_a_curve(
+    scene: &Scene,
+    some: &[SphereIndex],
+    part: usize,
+    control: &Control,
+) -> Result<(Vec<SphereIndex>, Vec<u32>), DrawError> {
     // About 32 spheres to a cell, at most 2^18 cells.
     let bits = ((some.len() / 32).max(1).ilog2() / 3).clamp(1, 6);
     let cells = 1usize << (3 * bits);
@@ -309,69 +366,90 @@ fn along_a_curve(scene: &Scene, some: &[SphereIndex], part: usize) -> (Vec<Spher
     // The bits of a coordinate with two zeros between each.
     let spread = |c: u32| (0..bits).map(|k| (c >> k & 1) << (3 * k)).sum::<u32>();
     let spread: Vec<u32> = (0..1 << bits).map(spread).collect();
-    let mut indices = vec![SphereIndex::default(); some.len()];
+    let mut indices = room(some.len(), control)?;
     let mut starts =
         Vec::with_capacity(some.len() / GROUP + (some.len().div_ceil(part) << CLASSES) + 1);
     for (number, some) in some.chunks(part).enumerate() {
-        let key = |&index: &SphereIndex| {
+        let key = |at: usize| {
+            let index = some[at];
             // A cast of what is NaN, on an axis without extent, gives 0.
             let cell = (center(scene, index) - bounds.min_center) * per_length;
             let [x, y, z] = cell.to_array().map(|c| spread[(c as usize).min(spread.len() - 1)]);
             class(bounds.max_radius, radius(scene, index)) << (3 * bits) | x | y << 1 | z << 2
         };
-        let keys: Vec<u32> = some.par_iter().with_min_len(1 << 12).map(key).collect();
+        let keys: Vec<u32> = made(some.len(), control, key)?;
         let mut next = vec![0; cells << CLASSES];
-        keys.iter().for_each(|&key| next[key as usize] += 1);
+        for keys in keys.chunks(STRIDE) {
+            control.check()?;
+            keys.iter().for_each(|&key| next[key as usize] += 1);
+        }
         let end = add_up(&mut next, (number * part) as u32);
         for class in 0..1 << CLASSES {
             let after = next.get((class + 1) * cells).copied().unwrap_or(end);
             starts.extend((next[class * cells]..after).step_by(GROUP));
         }
-        for (&index, key) in some.iter().zip(keys) {
-            let place = &mut next[key as usize];
-            indices[*place as usize] = index;
-            *place += 1;
+        for (some, keys) in some.chunks(STRIDE).zip(keys.chunks(STRIDE)) {
+            control.check()?;
+            for (&index, &key) in some.iter().zip(keys) {
+                let place = &mut next[key as usize];
+                indices[*place as usize] = index;
+                *place += 1;
+            }
         }
     }
     starts.push(indices.len() as u32);
-    (indices, starts)
+    Ok((indices, starts))
 }
 
 /// Some indices such that those of a group lie close together, and where groups begin. First by
 /// cells, as this is soon done, and inside of each by halves of halves across the longest side.
-fn arranged(scene: &Scene, some: &[SphereIndex]) -> (Vec<SphereIndex>, Vec<u32>) {
+fn arranged(
+    scene: &Scene,
+    some: &[SphereIndex],
+    control: &Control,
+) -> Result<(Vec<SphereIndex>, Vec<u32>), DrawError> {
     let bounds = scene.bounds();
     let per_length = ONE / (bounds.max_center - bounds.min_center).max_element();
-    let item = |&index: &SphereIndex| {
+    let item = |at: usize| {
+        let index = some[at];
         // A cast of what is NaN, where the box is a point, gives 0.
         let mut at =
             ((center(scene, index) - bounds.min_center) * per_length).to_array().map(|c| c as u32);
         at[0] = at[0] & !((1 << CLASSES) - 1) | class(bounds.max_radius, radius(scene, index));
         Item { at, index }
     };
-    let items: Vec<Item> = some.par_iter().with_min_len(1 << 12).map(item).collect();
+    let items: Vec<Item> = made(some.len(), control, item)?;
     // At least a thousand spheres to a cell, or there would be many groups that are not full.
     let bits = (some.len() >> 10).max(1).ilog2() / 3;
     let mut ends = vec![0u32; 1 << (CLASSES + 3 * bits)];
-    items.iter().for_each(|item| ends[item.cell(bits)] += 1);
+    for items in items.chunks(STRIDE) {
+        control.check()?;
+        items.iter().for_each(|item| ends[item.cell(bits)] += 1);
+    }
     let total = add_up(&mut ends, 0);
     let mut starts = Vec::with_capacity(some.len() / GROUP + ends.len());
     let nexts = ends[1..].iter().copied().chain([total]);
     ends.iter().zip(nexts).for_each(|(&start, next)| starts.extend((start..next).step_by(GROUP)));
     starts.push(total);
-    let mut by_cell = vec![Item::default(); items.len()];
-    for item in items {
-        let place = &mut ends[item.cell(bits)];
-        by_cell[*place as usize] = item;
-        *place += 1;
+    let mut by_cell: Vec<Item> = room(items.len(), control)?;
+    for items in items.chunks(STRIDE) {
+        control.check()?;
+        for item in items {
+            let place = &mut ends[item.cell(bits)];
+            by_cell[*place as usize] = *item;
+            *place += 1;
+        }
     }
-    by_cell.par_chunk_by_mut(|a, b| a.cell(bits) == b.cell(bits)).for_each(arrange);
-    (by_cell.into_par_iter().map(|item| item.index).collect(), starts)
+    drop(items);
+    by_cell
+        .par_chunk_by_mut(|a, b| a.cell(bits) == b.cell(bits))
+        .try_for_each(|items| arrange(items, control))?;
+    Ok((made(by_cell.len(), control, |at| by_cell[at].index)?, starts))
 }
 
-fn arrange(items: &mut [Item]) {
+fn arrange(items: &mut [Item], control: &Control) -> Result<(), DrawError> {
     if items.len() <= GROUP {
-        return;
+        return Ok(());
     }
     let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
     for item in &*items {
@@ -384,10 +462,107 @@ fn arrange(items: &mut [Item]) {
     items.select_nth_unstable_by_key(middle, |item| item.at[axis]);
     let (front, back) = items.split_at_mut(middle);
     if back.len() < 1 << 12 {
-        arrange(front);
-        arrange(back);
+        arrange(front, control)?;
+        arrange(back, control)
     } else {
-        rayon::join(|| arrange(front), || arrange(back));
+        control.check()?;
+        let (front, back) = rayon::join(|| arrange(front, control), || arrange(back, control));
+        front.and(back)
+    }
+}
+
+/// What is found of a scene once, to draw it sooner: [`Scene::kept`] keeps it there, and all who
+/// draw the scene share it.
+#[derive(Default)]
+pub struct Kept {
+    /// How often it was drawn.
+    drawn: AtomicU32,
+    crowded: OnceLock<bool>,
+    state: Mutex<State>,
+}
+
+/// The order of a scene.
+#[derive(Default)]
+enum State {
+    #[default]
+    None,
+    /// Some thread makes it. Others draw without it meanwhile: they must not wait, see
+    /// [`crate::pool`].
+    Underway,
+    /// It is made; none if it cannot be.
+    Made(Option<Arc<Ordered>>),
+}
+
+impl Kept {
+    /// How often the scene was drawn before, and once more from now on.
+    pub fn count(&self) -> u32 {
+        self.drawn.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// [`is_crowded`], found once.
+    pub fn crowded(&self, scene: &Scene) -> bool {
+        *self.crowded.get_or_init(|| is_crowded(scene))
+    }
+
+    /// The order, if it is made.
+    pub fn ordered(&self) -> Option<Arc<Ordered>> {
+        match &*self.state.lock().unwrap_or_else(PoisonError::into_inner) {
+            State::Made(ordered) => ordered.clone(),
+            State::None | State::Underway => None,
+        }
+    }
+
+    /// Takes over an order, unless there is one.
+    pub fn adopt(&self, ordered: &Arc<Ordered>) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if !matches!(*state, State::Made(Some(_))) {
+            *state = State::Made(Some(Arc::clone(ordered)));
+        }
+    }
+
+    /// The order; makes it if nobody does. None while another thread makes it.
+    ///
+    /// # Errors
+    /// Those of `make`; then it is as if nobody had begun.
+    pub fn order(
+        &self,
+        make: impl FnOnce() -> Result<Option<Ordered>, DrawError>,
+    ) -> Result<Option<Arc<Ordered>>, DrawError> {
+        {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            match &*state {
+                State::Made(ordered) => return Ok(ordered.clone()),
+                State::Underway => return Ok(None),
+                State::None => *state = State::Underway,
+            }
+        }
+        let begun = Begun(self);
+        let made = make()?.map(Arc::new);
+        let mut state = begun.0.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let State::Underway = *state {
+            *state = State::Made(made);
+        }
+        match &*state {
+            State::Made(ordered) => Ok(ordered.clone()),
+            State::None | State::Underway => Ok(None),
+        }
+    }
+
+    /// Bytes that the order takes.
+    pub fn memory(&self, scene: &Scene) -> u64 {
+        self.ordered().map_or(0, |_| BYTES * scene.len() as u64)
+    }
+}
+
+/// An order that was begun: one that comes to nothing, by an error or a panic, may be begun again.
+struct Begun<'a>(&'a Kept);
+
+impl Drop for Begun<'_> {
+    fn drop(&mut self) {
+        let mut state = self.0.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let State::Underway = *state {
+            *state = State::None;
+        }
     }
 }
 
@@ -395,6 +570,36 @@ fn arrange(items: &mut [Item]) {
 mod tests {
     use super::*;
     use crate::scene::Sphere;
+
+    fn whole(scene: &Scene) -> Ordered {
+        Ordered::new(scene, &Control::new()).unwrap().unwrap()
+    }
+
+    fn coarse(scene: &Scene, part: usize) -> Ordered {
+        Ordered::coarse(scene, part, &Control::new()).unwrap().unwrap()
+    }
+
+    #[test]
+    fn an_order_is_made_once_and_not_waited_for() {
+        let scene = spheres(3000, DVec3::new);
+        let kept = scene.clone().kept::<Kept>();
+        assert!(Arc::ptr_eq(&kept, &scene.kept()) && !Arc::ptr_eq(&kept, &scene.fresh().kept()));
+        assert_eq!((kept.count(), kept.count()), (0, 1));
+        let cancelled = Control::new();
+        cancelled.cancel();
+        let failed = kept.order(|| Ordered::new(&scene, &cancelled));
+        assert!(matches!(failed, Err(DrawError::Cancelled)) && kept.ordered().is_none());
+        // Whoever comes meanwhile goes on without it.
+        let made = kept.order(|| {
+            assert!(kept.order(|| unreachable!()).unwrap().is_none());
+            Ordered::new(&scene, &Control::new())
+        });
+        let made = made.unwrap().unwrap();
+        let again = kept.order(|| unreachable!()).unwrap().unwrap();
+        assert!(Arc::ptr_eq(&made, &again) && kept.memory(&scene) == 3000 * BYTES);
+        kept.adopt(&Arc::new(coarse(&scene, 100)));
+        assert!(Arc::ptr_eq(&made, &kept.ordered().unwrap()));
+    }
 
     fn spheres(count: usize, place: impl Fn(f64, f64, f64) -> DVec3) -> Scene {
         let sphere = |k: usize| {
@@ -413,11 +618,11 @@ mod tests {
             spheres(20_000, |x, y, z| DVec3::new(x, y, z) * if x < 4e-4 { 1e9 } else { 1.0 });
         let point = spheres(500, |x, _, _| DVec3::ONE + 1e-12 * x);
         for (scene, close) in [(&cube, 0.5), (&heap, 0.5), (&point, 1e-9)] {
-            assert!(loose(scene, &Ordered::new(scene).unwrap(), close) < scene.len() / 20);
+            assert!(loose(scene, &whole(scene), close) < scene.len() / 20);
         }
         // A few groups of a curve leap.
         for part in [7, 9000, 20_000, 1 << 20] {
-            let ordered = Ordered::coarse(&cube, part).unwrap();
+            let ordered = coarse(&cube, part);
             assert!(part < GROUP || loose(&cube, &ordered, 0.5) < cube.len() / 5);
             for start in (0..cube.len()).step_by(part) {
                 let spheres = start..cube.len().min(start + part);
@@ -431,7 +636,7 @@ mod tests {
                 assert_eq!(ends, [spheres.start, spheres.end]);
             }
         }
-        loose(&heap, &Ordered::coarse(&heap, 20_000).unwrap(), 0.5);
+        loose(&heap, &coarse(&heap, 20_000), 0.5);
     }
 
     #[test]
@@ -448,15 +653,15 @@ mod tests {
         }));
         let scene = Scene::from_spheres(&several).unwrap();
         let want: Vec<_> = (0..3000).chain(5000..5501).map(SphereIndex).collect();
-        assert_eq!(distinct(&scene), want);
-        for ordered in [Ordered::new(&scene), Ordered::coarse(&scene, 1000)].map(Option::unwrap) {
+        assert_eq!(distinct(&scene, &Control::new()).unwrap(), want);
+        for ordered in [whole(&scene), coarse(&scene, 1000)] {
             let mut kept = ordered.indices.clone();
             kept.sort_unstable();
             assert_eq!((kept, ordered.len(), ordered.block.len()), (want.clone(), 3501, 3501));
         }
         // A few are not worth the search.
         let few = Scene::from_spheres(&[&once[..], &once[..20]].concat()).unwrap();
-        assert_eq!(distinct(&few).len(), 3020);
+        assert_eq!(distinct(&few, &Control::new()).unwrap().len(), 3020);
     }
 
     /// How many small spheres lie in groups that are not `close`; fails where an order is none.
@@ -492,20 +697,19 @@ mod tests {
             radii,
             colors: Colors::Same([0; 3]),
         };
-        let same = Ordered::new(&Scene::new(vec![block(vec![0.1; 9], Radii::Same(0.3))]).unwrap())
-            .unwrap();
+        let same = whole(&Scene::new(vec![block(vec![0.1; 9], Radii::Same(0.3))]).unwrap());
         assert!(matches!(
             (&same.block.centers, &same.block.radii),
             (Reals::F32(_), Radii::Same(_))
         ));
         let blocks =
             vec![block(vec![0.1; 9], Radii::Same(0.3)), block(vec![0.7; 3], Radii::Same(0.1))];
-        let ordered = Ordered::new(&Scene::new(blocks.clone()).unwrap()).unwrap();
+        let ordered = whole(&Scene::new(blocks.clone()).unwrap());
         assert!(matches!(
             (&ordered.block.centers, &ordered.block.radii),
             (Reals::F32(_), Radii::Each(Reals::F64(_)))
         ));
         let tiny = Scene::new(vec![block(vec![0.1; 3], Radii::Same(1e-200))]).unwrap();
-        assert!(Ordered::new(&tiny).is_none(), "squares vanish");
+        assert!(Ordered::new(&tiny, &Control::new()).unwrap().is_none(), "squares vanish");
     }
 }

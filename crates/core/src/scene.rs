@@ -5,9 +5,11 @@
 //! files, cameras or devices.
 
 use std::{
+    any::Any,
+    fmt,
     marker::PhantomData,
     sync::{
-        OnceLock,
+        Arc, Mutex, OnceLock, PoisonError, Weak,
         atomic::{AtomicU64, Ordering},
     },
 };
@@ -75,6 +77,18 @@ impl<T: Pod + Send> Column<T> {
     pub fn as_slice(&self) -> &[T] {
         bytemuck::cast_slice(&self.bytes)
     }
+
+    /// Some of them, in place.
+    fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let bytes = self.bytes.slice(range.start * size_of::<T>()..range.end * size_of::<T>());
+        Self { bytes, kind: PhantomData }
+    }
+}
+
+impl<T> fmt::Debug for Column<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{} x {}]", self.bytes.len() / size_of::<T>(), std::any::type_name::<T>())
+    }
 }
 
 impl<T: Pod + Send> Column<T> {
@@ -94,7 +108,7 @@ impl<T: Pod + Send> From<Vec<T>> for Column<T> {
 }
 
 /// Real numbers as they are stored; both kinds stand for the same exact rationals.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub enum Reals {
     /// 32-bit floats.
     F32(Column<f32>),
@@ -127,7 +141,7 @@ impl Reals {
 }
 
 /// The radii of a block, in world units.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub enum Radii {
     /// One for all.
     Same(f64),
@@ -136,7 +150,7 @@ pub enum Radii {
 }
 
 /// The sRGB colours of a block.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub enum Colors {
     /// One for all.
     Same([u8; 3]),
@@ -145,7 +159,7 @@ pub enum Colors {
 }
 
 /// Spheres that lie together: arrays of equal length.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Block {
     /// Centres, (N, 3), x y z of one sphere after another, in world units.
     pub centers: Reals,
@@ -338,8 +352,42 @@ pub struct Scene {
     /// Index of the first sphere of each block, and `len` at the end.
     starts: Vec<usize>,
     bounds: Bounds,
+    derived: Arc<Derived>,
+}
+
+/// What clones of a scene share: what was found of its spheres, once.
+struct Derived {
     identity: u64,
     large: OnceLock<Vec<SphereIndex>>,
+    /// One of each type, see [`Scene::kept`].
+    kept: Mutex<Vec<Arc<dyn Any + Send + Sync>>>,
+}
+
+impl Derived {
+    /// Of a scene that no other is a clone of.
+    fn new() -> Arc<Self> {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        let identity = NEXT.fetch_add(1, Ordering::Relaxed);
+        Arc::new(Self { identity, large: OnceLock::new(), kept: Mutex::default() })
+    }
+}
+
+/// Tells whether a scene, or any clone of it, is still there.
+#[derive(Clone)]
+pub struct Alive(Weak<Derived>);
+
+impl Alive {
+    /// Whether it is.
+    pub fn is_alive(&self) -> bool {
+        self.0.strong_count() > 0
+    }
+}
+
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { bounds, .. } = self;
+        f.debug_struct("Scene").field("spheres", &self.len()).field("bounds", bounds).finish()
+    }
 }
 
 /// At most this many occluder candidates.
@@ -396,9 +444,7 @@ impl Scene {
                 max_radius: total.max_radius,
             }
         };
-        static NEXT: AtomicU64 = AtomicU64::new(0);
-        let identity = NEXT.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { blocks, starts, bounds, identity, large: OnceLock::new() })
+        Ok(Self { blocks, starts, bounds, derived: Derived::new() })
     }
 
     /// A scene of single spheres.
@@ -416,11 +462,12 @@ impl Scene {
     /// take up another draw of this scene, which would wait for the same lock, and so for itself.
     /// Draws that begin at once may find them twice; the answer is the same.
     pub fn large(&self) -> &[SphereIndex] {
-        if let Some(known) = self.large.get() {
+        let Derived { large, .. } = &*self.derived;
+        if let Some(known) = large.get() {
             return known;
         }
         let found = self.find_large();
-        self.large.get_or_init(|| found)
+        large.get_or_init(|| found)
     }
 
     fn find_large(&self) -> Vec<SphereIndex> {
@@ -448,7 +495,47 @@ impl Scene {
     /// A number that only clones of this scene share: what is made from it once, such as a copy on
     /// a device, can be kept.
     pub fn identity(&self) -> u64 {
-        self.identity
+        self.derived.identity
+    }
+
+    /// Tells, later, whether this scene or any clone of it is still there.
+    pub fn alive(&self) -> Alive {
+        Alive(Arc::downgrade(&self.derived))
+    }
+
+    /// What others have found of this scene, one of each type: all clones share it, and it goes
+    /// when the last of them does.
+    pub fn kept<T: Any + Default + Send + Sync>(&self) -> Arc<T> {
+        let mut kept = self.derived.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept.iter().find_map(|one| Arc::clone(one).downcast().ok()) {
+            return known;
+        }
+        let new = Arc::<T>::default();
+        kept.push(Arc::clone(&new) as Arc<dyn Any + Send + Sync>);
+        new
+    }
+
+    /// The same spheres as a scene of which nothing was found yet.
+    #[must_use]
+    pub fn fresh(&self) -> Self {
+        Self { derived: Derived::new(), ..self.clone() }
+    }
+
+    /// The same spheres in other colours, one each: what was found of them stays.
+    ///
+    /// # Errors
+    /// When there is another number of colours than of spheres.
+    pub fn recolored(&self, colors: Column<u8>) -> Result<Self, SceneError> {
+        let (spheres, found) = (self.len(), colors.as_slice().len());
+        let wanted = 3 * spheres;
+        if found != wanted {
+            return Err(SceneError::Shape { block: 0, what: "colors", found, wanted, spheres });
+        }
+        let blocks = self.blocks().map(|(start, block)| {
+            let colors = colors.part(3 * start..3 * (start + block.len()));
+            Block { colors: Colors::Each(colors), ..block.clone() }
+        });
+        Ok(Self { blocks: blocks.collect(), ..self.clone() })
     }
 
     /// Number of spheres.

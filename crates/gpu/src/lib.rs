@@ -671,7 +671,7 @@ impl Gpu {
         let mut ordered = None;
         if let Some(fixed) = &fixed {
             if scene.len() >= self.effort.order && has_room(scene, &self.host) {
-                ordered = Ordered::coarse(scene, self.chunk).map(Arc::new);
+                ordered = Ordered::coarse(scene, self.chunk, &self.control)?.map(Arc::new);
             }
             let places = ordered.as_ref().map_or(scene.len(), |ordered| ordered.len());
             let part = self.chunk;

@@ -6,6 +6,7 @@ use planisphere_core::{
     camera::{Region, View},
     cpu::{self, Cpu},
     drawing::{Control, DrawError, Drawing},
+    order::Kept,
     scene::Scene,
 };
 use planisphere_gpu as gpu;
@@ -100,7 +101,7 @@ impl Hybrid {
         region: Region,
     ) -> Result<Drawing, DrawError> {
         if let Some(ordered) = self.gpu.ordered() {
-            self.cpu.adopt(scene, ordered);
+            scene.kept::<Kept>().adopt(ordered);
         }
         let mut drawing = self.cpu.draw(scene, view, region)?;
         drawing.counts.undecided = region.pixels();

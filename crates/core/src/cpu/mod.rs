@@ -11,6 +11,7 @@
 mod paint;
 
 use std::{
+    fmt,
     ops::Range,
     sync::{Arc, Mutex},
 };
@@ -24,7 +25,7 @@ use crate::{
     drawing::{Control, DrawError, Drawing, Met},
     exact::decide::Truth,
     host::Host,
-    order::{GROUP, Ordered, has_room, is_crowded},
+    order::{GROUP, Kept, Ordered, has_room},
     pool,
     scene::Scene,
     tile::{Exact, Mode},
@@ -75,21 +76,32 @@ impl Default for Effort {
     }
 }
 
-/// The native device: memory that is kept from one picture to the next.
+/// The native device: memory that is kept from one picture to the next. What is found of a scene
+/// is kept in the scene ([`crate::order::Kept`]).
 #[derive(Default)]
 pub struct Cpu {
     effort: Effort,
     lists: Workspace<Entry>,
     tiles: Vec<Tile>,
     groups: Workspace<Group>,
-    /// [`Scene::identity`] of what was drawn last, and how often.
-    drawn: Option<(u64, u32)>,
-    /// The same scene in order, once it is drawn again; none inside if it cannot be.
-    ordered: Option<Option<Arc<Ordered>>>,
-    /// A good part of that scene's spheres all but coincide.
-    crowded: bool,
     control: Control,
     host: Host,
+}
+
+impl fmt::Debug for Cpu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Cpu").field("effort", &self.effort).finish_non_exhaustive()
+    }
+}
+
+/// A scene as it is drawn: with its order, if there is one.
+#[derive(Clone, Copy)]
+struct Subject<'a> {
+    scene: &'a Scene,
+    truth: &'a Truth,
+    ordered: Option<&'a Ordered>,
+    /// A good part of the spheres all but coincide.
+    crowded: bool,
 }
 
 impl Cpu {
@@ -109,34 +121,36 @@ impl Cpu {
         self.control = control.clone();
     }
 
-    /// Takes over the order of a scene that will be drawn.
-    pub fn adopt(&mut self, scene: &Scene, ordered: &Arc<Ordered>) {
-        if self.drawn.is_none_or(|drawn| drawn.0 != scene.identity()) || self.ordered.is_none() {
-            (self.drawn, self.ordered) =
-                (Some((scene.identity(), 1)), Some(Some(Arc::clone(ordered))));
-            self.crowded = is_crowded(scene);
-        }
-    }
-
-    /// Finds out whether the scene is worth ordering, and orders it.
+    /// Finds out whether the scene is worth ordering, and orders it. None if it is not in order,
+    /// or another thread puts it into order now.
     ///
     /// To order costs about as much as to draw a few times, and of very many spheres a dozen times.
     /// It is worth that at once where a good part of the spheres all but coincide: then groups lie
     /// as a whole inside of other spheres, and equal ones are left out.
-    fn order(&mut self, scene: &Scene, bands: usize) {
-        let before =
-            self.drawn.filter(|drawn| drawn.0 == scene.identity()).map_or(0, |drawn| drawn.1);
-        self.drawn = Some((scene.identity(), before.saturating_add(1)));
-        if before == 0 {
-            self.ordered = None;
-            self.crowded = scene.len() >= self.effort.order && is_crowded(scene);
+    fn order(&self, scene: &Scene, bands: usize) -> Result<Option<Arc<Ordered>>, DrawError> {
+        let kept = scene.kept::<Kept>();
+        let before = kept.count();
+        if scene.len() < self.effort.order {
+            return Ok(None);
         }
         let again = before >= if scene.len() < LONG { 1 } else { PATIENCE };
-        let worth = again || bands > BANDS || self.crowded;
-        if self.ordered.is_none() && scene.len() >= self.effort.order && worth {
-            let room = has_room(scene, &self.host);
-            self.ordered = Some(room.then(|| Ordered::new(scene)).flatten().map(Arc::new));
+        if again || bands > BANDS || kept.crowded(scene) {
+            self.prepare(scene)
+        } else {
+            Ok(kept.ordered())
         }
+    }
+
+    /// Puts a scene into order now, as drawing it several times would. None if it cannot be, or
+    /// another thread is at it.
+    ///
+    /// # Errors
+    /// When it was cancelled.
+    pub fn prepare(&self, scene: &Scene) -> Result<Option<Arc<Ordered>>, DrawError> {
+        scene.kept::<Kept>().order(|| match has_room(scene, &self.host) {
+            true => Ordered::new(scene, &self.control),
+            false => Ok(None),
+        })
     }
 
     /// Draws a region of a view of a scene on all cores.
@@ -176,20 +190,27 @@ impl Cpu {
         drawing: &mut Drawing,
     ) -> Result<(), DrawError> {
         let host = self.host;
+        self.control.check()?;
         let truth = Truth::new(view, scene.bounds());
         let region = drawing.region;
         let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
         let begun = host.now();
-        self.order(scene, region.height.div_ceil(rows as u32) as usize);
+        let ordered = self.order(scene, region.height.div_ceil(rows as u32) as usize)?;
+        let crowded = ordered.is_some() && scene.kept::<Kept>().crowded(scene);
+        let subject = Subject { scene, truth: &truth, ordered: ordered.as_deref(), crowded };
         drawing.times.prepare += host.since(begun);
+        let whole = self.control.clone();
         let mut top = 0;
         while top < region.height {
             let height = (region.height - top).min(rows as u32);
             let band = Region { y: region.y + top, height, ..region };
-            if !self.draw_groups::<M>(scene, &truth, band, drawing) {
-                self.draw_band::<M>(scene, &truth, band, drawing);
+            let share = [top, top + height].map(|row| row as f32 / region.height as f32);
+            let control = whole.part(share);
+            if !self.draw_groups::<M>(subject, band, drawing, &control)? {
+                self.draw_band::<M>(subject, band, drawing, &control)?;
             }
             self.control.check()?;
+            control.reach(1.0);
             top += height;
         }
         Ok(())
@@ -199,18 +220,18 @@ impl Cpu {
     /// too many tiles.
     fn draw_groups<M: Mode>(
         &mut self,
-        scene: &Scene,
-        truth: &Truth,
+        Subject { scene, truth, ordered, crowded }: Subject<'_>,
         band: Region,
         drawing: &mut Drawing,
-    ) -> bool {
+        control: &Control,
+    ) -> Result<bool, DrawError> {
         let host = self.host;
-        let Some(Some(ordered)) = &self.ordered else { return false };
+        let Some(ordered) = ordered else { return Ok(false) };
         let begun = host.now();
-        let binner = Binner::new(&ordered.groups, truth, band, shift(band));
+        let binner = Binner::new(&ordered.groups, truth, band, shift(band)).until(control);
         let mut left = split(0..ordered.groups.len());
         // Where spheres all but coincide, a group costs little in many tiles.
-        let spread = if self.crowded { SPREAD * GROUP } else { SPREAD };
+        let spread = if crowded { SPREAD * GROUP } else { SPREAD };
         let limit = scene.len() / GROUP * spread + binner.grid.tiles();
         let cover = self.cover(scene, &binner);
         let depths = Depths::of_tiles(cover.as_ref(), &binner.grid);
@@ -218,13 +239,14 @@ impl Cpu {
             Visible::in_front(&vec![f64::INFINITY; depths.len()], &depths, cover.is_some());
         let lists = binner.lists(&mut left, &visible, limit, &mut self.groups);
         drawing.times.prepare += host.since(begun);
+        control.check()?;
         if !left.iter().all(Range::is_empty) {
-            return false;
+            return Ok(false);
         }
+        control.reach(LISTED);
         let drawn = host.now();
         let sums = Mutex::new(Sums::default());
-        let painter =
-            Painter { scene, truth, binner: &binner, sums: &sums, control: &self.control };
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, control };
         painter.paint_once::<M>(Source::Groups(lists, ordered), &depths, &mut drawing.ids);
         drawing.times.render += host.since(drawn);
         drawing.counts.tiles += binner.grid.tiles();
@@ -234,7 +256,7 @@ impl Cpu {
         let sums = sums.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         drawing.counts.entries += sums.entries as usize;
         sums.add_to(&mut drawing.counts);
-        true
+        Ok(true)
     }
 
     fn cover(&self, scene: &Scene, binner: &Binner) -> Option<Cover> {
@@ -245,18 +267,17 @@ impl Cpu {
     /// work.
     fn draw_band<M: Mode>(
         &mut self,
-        scene: &Scene,
-        truth: &Truth,
+        Subject { scene, truth, .. }: Subject<'_>,
         band: Region,
         drawing: &mut Drawing,
-    ) {
+        control: &Control,
+    ) -> Result<(), DrawError> {
         let host = self.host;
         let begun = host.now();
-        let binner = Binner::new(scene, truth, band, shift(band));
+        let binner = Binner::new(scene, truth, band, shift(band)).until(control);
         let grid = binner.grid;
         let sums = Mutex::new(Sums::default());
-        let painter =
-            Painter { scene, truth, binner: &binner, sums: &sums, control: &self.control };
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, control };
         let cover = self.cover(scene, &binner);
         let mut depths = Depths::of_tiles(cover.as_ref(), &grid);
         let mut front = vec![f64::INFINITY; grid.tiles()];
@@ -268,6 +289,7 @@ impl Cpu {
         let in_front = Visible::in_front(&front, &depths, cover.is_some());
         let mut lists = binner.lists(&mut left, &in_front, self.effort.wave, &mut self.lists);
         drawing.times.prepare += host.since(begun);
+        control.check()?;
         let mut met = lists.met;
         drawing.counts.tiles += grid.tiles();
         if !behind && left.iter().all(Range::is_empty) {
@@ -292,9 +314,8 @@ impl Cpu {
                     .for_each(|(tile, empty)| *empty &= lists.tile(&grid, tile).is_empty());
                 painter.paint::<M>(Source::Spheres(lists), &mut self.tiles, &mut depths);
                 drawing.times.render += host.since(drawn);
-                if self.control.is_cancelled() {
-                    break;
-                }
+                control.check()?;
+                control.reach(looked(&left, scene.len(), behind, second));
                 if left.iter().all(Range::is_empty) {
                     if !std::mem::take(&mut behind) {
                         break;
@@ -321,6 +342,21 @@ impl Cpu {
             .unwrap_or_else(std::sync::PoisonError::into_inner)
             .add_to(&mut drawing.counts);
         drawing.counts.note(band == drawing.region, met);
+        Ok(())
+    }
+}
+
+/// About how much of a band is done when its lists are made.
+const LISTED: f32 = 0.3;
+
+/// What part of a band's spheres was looked at: in two passes where some are left for a second.
+fn looked(left: &[Range<usize>], spheres: usize, behind: bool, second: bool) -> f32 {
+    let left: usize = left.iter().map(Range::len).sum();
+    let pass = 1.0 - left as f32 / spheres.max(1) as f32;
+    match (behind, second) {
+        (false, false) => pass,
+        (true, _) => 0.5 * pass,
+        (false, true) => 0.5 + 0.5 * pass,
     }
 }
 

@@ -1,11 +1,19 @@
 //! From lists to ids, tile by tile: which spheres and groups are drawn into a tile, nearest first,
 //! and what is left out as hidden.
 
-use std::{cell::RefCell, marker::PhantomData, mem::MaybeUninit, sync::Mutex};
+use std::{
+    cell::RefCell,
+    marker::PhantomData,
+    mem::MaybeUninit,
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
 
 use rayon::prelude::*;
 
-use super::{BLOCKS, SIDE};
+use super::{BLOCKS, LISTED, SIDE};
 use crate::{
     bins::{Binner, Entry, Grid, Item, Lists, Window, towards_eye},
     camera::Region,
@@ -164,6 +172,9 @@ impl Canvas {
     }
 }
 
+/// After so many tiles it is told how far the picture is.
+const TOLD: usize = 16;
+
 thread_local! {
     static TILE: RefCell<Box<Tile>> = RefCell::default();
 }
@@ -176,8 +187,13 @@ impl Painter<'_> {
         depths: &[Depths],
         ids: &mut Vec<i32>,
     ) {
+        let (tiles, done) = (self.binner.grid.tiles(), AtomicUsize::new(0));
         Canvas::append(ids, self.binner.projector.region, |canvas| {
-            pool::each(self.binner.grid.tiles(), |tile| {
+            pool::each(tiles, |tile| {
+                let done = done.fetch_add(1, Ordering::Relaxed);
+                if done.is_multiple_of(TOLD) {
+                    self.control.reach(LISTED + (1.0 - LISTED) * done as f32 / tiles as f32);
+                }
                 if self.control.is_cancelled() || source.is_empty(self.binner, tile) {
                     return self.fill(tile, NONE, canvas);
                 }
