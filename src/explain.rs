@@ -92,7 +92,7 @@ pub fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: us
 
 /// What draws.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Engine {
+pub enum Means {
     /// The native device.
     Cpu {
         /// Threads.
@@ -116,7 +116,7 @@ pub enum Engine {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facts {
     /// What draws.
-    pub engine: Engine,
+    pub engine: Means,
     /// The device in words, and why it was taken.
     pub device: String,
     /// Number of spheres.
@@ -168,7 +168,7 @@ pub fn memory(facts: &Facts) -> u64 {
     let device = match facts.engine {
         // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes
         // several turns.
-        Engine::Cpu { sampled, .. } => {
+        Means::Cpu { sampled, .. } => {
             let turns = facts.spheres >= sampled || facts.survey.entries > facts.wave[0] as u64;
             let state = u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64;
             state + u64::from(in_order(facts)) * order::BYTES * spheres
@@ -176,7 +176,7 @@ pub fn memory(facts: &Facts) -> u64 {
         // A part of the order of the spheres (which is made only where twice as much as all of it
         // is free, see `order`, and nothing is refused for its sake); on a software device their
         // copy, and all that is known of pixels.
-        Engine::Gpu { software, .. } => {
+        Means::Gpu { software, .. } => {
             let band = facts.region.pixels().min(facts.band) as u64;
             let driver = if software { 96 << 20 } else { 160 << 20 };
             spheres * 12 + driver + 8 * band + u64::from(software) * (16 * spheres + 20 * band)
@@ -188,7 +188,7 @@ pub fn memory(facts: &Facts) -> u64 {
 /// Whether the native device puts the spheres in order, as they are looked at for each of several
 /// bands.
 fn in_order(facts: &Facts) -> bool {
-    matches!(facts.engine, Engine::Cpu { ordered, .. } if facts.spheres >= ordered)
+    matches!(facts.engine, Means::Cpu { ordered, .. } if facts.spheres >= ordered)
         && facts.region.pixels().div_ceil(facts.band) > cpu::BANDS
 }
 
@@ -295,18 +295,18 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
     }
     lines.push(("lists", lists));
     let order = match facts.engine {
-        Engine::Cpu { .. } if in_order(facts) => {
+        Means::Cpu { .. } if in_order(facts) => {
             "in groups of neighbours, for all bands; groups off the screen or hidden are skipped \
              whole"
                 .to_owned()
         }
-        Engine::Cpu { sampled, .. } if *spheres >= sampled => {
+        Means::Cpu { sampled, .. } if *spheres >= sampled => {
             "front spheres first, by a sample; what they hide is not looked at again".to_owned()
         }
-        Engine::Cpu { sampled, .. } => {
+        Means::Cpu { sampled, .. } => {
             format!("front to back in each tile; no sample first, below {sampled} spheres")
         }
-        Engine::Gpu { chunk, .. } => {
+        Means::Gpu { chunk, .. } => {
             let buffers = spheres.div_ceil(chunk.max(1));
             let words =
                 if buffers == 1 { "one buffer".into() } else { format!("{buffers} buffers") };
@@ -358,7 +358,7 @@ mod tests {
     fn facts() -> Facts {
         let image = ImageSize { width: 1000, height: 500 };
         Facts {
-            engine: Engine::Cpu { threads: 2, sampled: 1000, ordered: 1000 },
+            engine: Means::Cpu { threads: 2, sampled: 1000, ordered: 1000 },
             device: "cpu".into(),
             spheres: 100,
             image,
@@ -445,11 +445,11 @@ mod tests {
                 &["not asked for"],
             ),
             (
-                |f| f.engine = Engine::Gpu { software: true, chunk: 30 },
+                |f| f.engine = Means::Gpu { software: true, chunk: 30 },
                 &["in 4 buffers"],
                 &["sample"],
             ),
-            (|f| f.engine = Engine::Gpu { software: false, chunk: 100 }, &["one buffer"], &[]),
+            (|f| f.engine = Means::Gpu { software: false, chunk: 100 }, &["one buffer"], &[]),
             (
                 |f| f.region = Region { x: 3, y: 4, width: 50, height: 60 },
                 &["1000 x 500 pixels, of which 50 x 60 from 3,4"],
@@ -496,9 +496,9 @@ mod tests {
         // Mapped spheres cost the native device nothing but a bit where they may be seen, a
         // software device its copy.
         assert!(with(|f| f.spheres = 999) == small);
-        assert!(with(|f| f.engine = Engine::Gpu { software: true, chunk: 1 << 23 }) > small);
+        assert!(with(|f| f.engine = Means::Gpu { software: true, chunk: 1 << 23 }) > small);
         let many = with(|f| {
-            (f.spheres, f.engine) = (100_000_000, Engine::Gpu { software: true, chunk: 1 << 23 })
+            (f.spheres, f.engine) = (100_000_000, Means::Gpu { software: true, chunk: 1 << 23 })
         });
         assert!(many > 2_800_000_000 && many < 4_000_000_000);
         assert_eq!(text::bytes(1_234_567), "1.2 MB");

@@ -17,7 +17,7 @@
 //! use glam::DVec3;
 //! use planisphere::{
 //!     camera::{Camera, ImageSize, Region, View},
-//!     render::{Device, DeviceChoice},
+//!     render::{Engine, Device},
 //!     scene::{Scene, Sphere},
 //! };
 //!
@@ -25,7 +25,7 @@
 //! let scene = Scene::from_spheres(&[ball])?;
 //! let image = ImageSize { width: 64, height: 64 };
 //! let view = View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), image);
-//! let drawing = Device::open(&DeviceChoice::Cpu)?.draw(&scene, &view, Region::whole(image))?;
+//! let drawing = Engine::open(&Device::Cpu)?.draw(&scene, &view, Region::whole(image))?;
 //! assert_eq!(drawing.ids[32 * 64 + 19], 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -27,7 +27,7 @@ use planisphere_core::{
     scene::{Block, Scene, Sphere},
 };
 use planisphere_gpu::Effort as GpuEffort;
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 use rayon::prelude::*;
 
 /// The corpus with the judge's answers, worked out once.
@@ -64,7 +64,7 @@ enum Choice {
 
 /// An opened device.
 struct Drawer {
-    device: Device,
+    device: Engine,
     twice: bool,
 }
 
@@ -72,9 +72,9 @@ struct Drawer {
 fn open(choice: Choice) -> Drawer {
     let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16 };
     let device = match choice {
-        Choice::Cpu => Device::open(&DeviceChoice::Cpu),
-        Choice::Skipping => Ok(Device::Cpu(Box::new(Cpu::with(effort)))),
-        Choice::Gpu | Choice::GpuSkipping => Device::open(&DeviceChoice::Gpu),
+        Choice::Cpu => Engine::open(&Device::Cpu),
+        Choice::Skipping => Ok(Engine::Cpu(Box::new(Cpu::with(effort)))),
+        Choice::Gpu | Choice::GpuSkipping => Engine::open(&Device::Gpu),
     };
     let mut device = device.unwrap_or_else(|error| {
         panic!(
@@ -82,14 +82,14 @@ fn open(choice: Choice) -> Drawer {
                 mesa-vulkan-drivers"
         )
     });
-    let native = matches!(device, Device::Cpu(_));
+    let native = matches!(device, Engine::Cpu(_));
     assert_eq!(
         native,
         matches!(choice, Choice::Cpu | Choice::Skipping),
         "{choice:?} gave {}",
         device.description()
     );
-    if let (Device::Gpu(hybrid), Choice::GpuSkipping) = (&mut device, choice) {
+    if let (Engine::Gpu(hybrid), Choice::GpuSkipping) = (&mut device, choice) {
         let small = GpuEffort { order: 0, cover: 0, few: 0 };
         hybrid.set_effort(small, effort, 0);
     }

@@ -10,7 +10,7 @@ use planisphere_core::{
     scene::{Bounds, Scene, Sphere},
 };
 use planisphere_io::load::from_text;
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 
 fn bounds(spheres: &[Sphere]) -> Bounds {
     Scene::from_spheres(spheres).unwrap().bounds()
@@ -20,11 +20,8 @@ fn bounds(spheres: &[Sphere]) -> Bounds {
 fn whole(sphere: &Sphere, camera: Camera, image: ImageSize) -> bool {
     let scene = Scene::from_spheres(&[*sphere]).unwrap();
     let view = View::new(camera, image);
-    let ids = Device::open(&DeviceChoice::Cpu)
-        .unwrap()
-        .draw(&scene, &view, Region::whole(image))
-        .unwrap()
-        .ids;
+    let ids =
+        Engine::open(&Device::Cpu).unwrap().draw(&scene, &view, Region::whole(image)).unwrap().ids;
     let (width, height) = (image.width as usize, image.height as usize);
     let seen = |k: usize| ids[k] >= 0;
     let edge = |k: usize| {

@@ -24,7 +24,7 @@ use planisphere_io::{
     load::{Loaded, load},
     png::write_png,
 };
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 use rayon::prelude::*;
 
 /// Up to so many pixels times spheres the judge looks at every pixel, beyond at [`SAMPLE`] of them.
@@ -75,7 +75,7 @@ impl Entry {
     }
 
     /// The picture as a device draws it, as a file.
-    fn draw(&self, device: &mut Device) -> Vec<u8> {
+    fn draw(&self, device: &mut Engine) -> Vec<u8> {
         let drawing = device
             .draw(&self.loaded.scene, &self.view, self.region())
             .unwrap_or_else(|error| panic!("{}: {error}", self.name.display()));
@@ -130,7 +130,7 @@ fn make_cloud() {
 }
 
 fn bless(entries: &[Entry]) {
-    let mut device = Device::open(&DeviceChoice::Cpu).expect("the CPU is always there");
+    let mut device = Engine::open(&Device::Cpu).expect("the CPU is always there");
     for entry in entries {
         let path = entry.golden();
         fs::create_dir_all(path.parent().expect("it is in a folder"))
@@ -230,17 +230,17 @@ fn leave(entry: &Entry, device: &str, want: Option<&RgbImage>, actual: &[u8]) ->
     )
 }
 
-fn draws_the_goldens(choice: &DeviceChoice, name: &str) {
+fn draws_the_goldens(choice: &Device, name: &str) {
     let entries = &*SCENES;
-    let mut device = Device::open(choice).unwrap_or_else(|error| {
+    let mut device = Engine::open(choice).unwrap_or_else(|error| {
         panic!(
             "{error}\nThis test needs a software Vulkan device; on Debian: apt-get install \
                 mesa-vulkan-drivers"
         )
     });
     assert_eq!(
-        matches!(device, Device::Cpu(_)),
-        *choice == DeviceChoice::Cpu,
+        matches!(device, Engine::Cpu(_)),
+        *choice == Device::Cpu,
         "{name} gave {}",
         device.description()
     );
@@ -263,12 +263,12 @@ fn draws_the_goldens(choice: &DeviceChoice, name: &str) {
 
 #[test]
 fn the_cpu_draws_the_goldens() {
-    draws_the_goldens(&DeviceChoice::Cpu, "cpu");
+    draws_the_goldens(&Device::Cpu, "cpu");
 }
 
 #[test]
 fn the_gpu_draws_the_goldens() {
-    draws_the_goldens(&DeviceChoice::Gpu, "gpu");
+    draws_the_goldens(&Device::Gpu, "gpu");
 }
 
 #[test]

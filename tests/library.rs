@@ -21,7 +21,7 @@ use planisphere_io::{
     npy::{write_f32, write_i32},
     png::write_png,
 };
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 
 /// Spheres of which one in a hundred is ten times as large as the others: what large ones hide is
 /// looked for.
@@ -62,19 +62,19 @@ fn rounds(usual: usize) -> usize {
 /// Draws of fresh scenes, several of each at once, on pools of several sizes. A draw that waits
 /// inside of a lock for other threads of its pool takes up another draw meanwhile, which waits for
 /// the lock: that hung within some ten rounds.
-fn together(choice: DeviceChoice, rounds: usize) {
+fn together(choice: Device, rounds: usize) {
     let spheres = unlike(100_000);
     let image = ImageSize { width: 320, height: 180 };
     for threads in [2, 4] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         for callers in [2, 8] {
-            let mut devices: Vec<Device> =
-                (0..callers).map(|_| Device::open(&choice).unwrap()).collect();
+            let mut devices: Vec<Engine> =
+                (0..callers).map(|_| Engine::open(&choice).unwrap()).collect();
             for round in 0..rounds {
                 let scene = Scene::from_spheres(&spheres).unwrap();
                 let view = View::new(Camera::framing(scene.bounds(), image), image);
                 let start = Barrier::new(callers);
-                let draw = |device: &mut Device| {
+                let draw = |device: &mut Engine| {
                     start.wait();
                     pool.install(|| device.draw(&scene, &view, Region::whole(image)).unwrap().ids)
                 };
@@ -98,7 +98,7 @@ fn together(choice: DeviceChoice, rounds: usize) {
 fn a_fresh_scene_is_drawn_by_many_at_once_on_the_cpu() {
     let rounds = rounds(25);
     within(Duration::from_secs(60 + 2 * rounds as u64), "draws at once", move || {
-        together(DeviceChoice::Cpu, rounds)
+        together(Device::Cpu, rounds)
     });
 }
 
@@ -106,7 +106,7 @@ fn a_fresh_scene_is_drawn_by_many_at_once_on_the_cpu() {
 fn a_fresh_scene_is_drawn_by_many_at_once_on_the_gpu() {
     let rounds = rounds(4);
     within(Duration::from_secs(120 + 4 * rounds as u64), "draws at once", move || {
-        together(DeviceChoice::Gpu, rounds)
+        together(Device::Gpu, rounds)
     });
 }
 
@@ -234,9 +234,9 @@ fn same(found: &ViewError, wanted: &ViewError) -> bool {
 }
 
 /// Every device refuses the same things in the same words, and draws as before afterwards.
-fn refuses(choice: DeviceChoice) {
+fn refuses(choice: Device) {
     let scene = scene();
-    let mut device = Device::open(&choice).unwrap();
+    let mut device = Engine::open(&choice).unwrap();
     let view = View::new(camera(), IMAGE);
     let before = device.draw(&scene, &view, Region::whole(IMAGE)).unwrap().ids;
     assert!(before.contains(&0) && before.contains(&-1));
@@ -257,19 +257,19 @@ fn refuses(choice: DeviceChoice) {
 
 #[test]
 fn what_has_no_picture_is_refused_by_the_cpu() {
-    refuses(DeviceChoice::Cpu);
+    refuses(Device::Cpu);
 }
 
 #[test]
 fn what_has_no_picture_is_refused_by_the_gpu() {
-    refuses(DeviceChoice::Gpu);
+    refuses(Device::Gpu);
 }
 
 #[test]
 fn planes_refuse_what_is_not_of_the_picture() {
     let (scene, view) = (scene(), View::new(camera(), IMAGE));
     let whole = Region::whole(IMAGE);
-    let ids = Device::open(&DeviceChoice::Cpu).unwrap().draw(&scene, &view, whole).unwrap().ids;
+    let ids = Engine::open(&Device::Cpu).unwrap().draw(&scene, &view, whole).unwrap().ids;
     for (name, view, region, wanted) in refused() {
         match depth_plane(&scene, &view, region, &ids) {
             Err(PlaneError::View(error)) => assert!(same(&error, &wanted), "{name}: {error:?}"),
@@ -307,11 +307,11 @@ fn heap(count: u32) -> Scene {
 
 /// A long drawing ends soon after it was cancelled, as an error; and the device draws again, right,
 /// when it is given another token.
-fn cancels(choice: DeviceChoice) {
+fn cancels(choice: Device) {
     let image = ImageSize { width: 1500, height: 1500 };
     let scene = heap(16_000);
     let view = View::new(Camera::framing(scene.bounds(), image), image);
-    let mut device = Device::open(&choice).unwrap();
+    let mut device = Engine::open(&choice).unwrap();
     for wait in [0, 30, 300, 1000] {
         let control = Control::new();
         device.controlled_by(&control);
@@ -340,21 +340,21 @@ fn cancels(choice: DeviceChoice) {
     device.controlled_by(&cancelled);
     let small = ImageSize { width: 40, height: 30 };
     let view = View::new(Camera::framing(scene.bounds(), small), small);
-    let again = |device: &mut Device| {
+    let again = |device: &mut Engine| {
         device.draw(&scene, &view, Region::whole(small)).map(|drawing| drawing.ids)
     };
     assert!(matches!(again(&mut device), Err(DrawError::Cancelled)));
     device.controlled_by(&Control::new());
-    let fresh = again(&mut Device::open(&DeviceChoice::Cpu).unwrap()).unwrap();
+    let fresh = again(&mut Engine::open(&Device::Cpu).unwrap()).unwrap();
     assert_eq!(again(&mut device).unwrap(), fresh);
 }
 
 #[test]
 fn drawing_on_the_cpu_ends_when_it_is_cancelled() {
-    cancels(DeviceChoice::Cpu);
+    cancels(Device::Cpu);
 }
 
 #[test]
 fn drawing_on_the_gpu_ends_when_it_is_cancelled() {
-    cancels(DeviceChoice::Gpu);
+    cancels(Device::Gpu);
 }

@@ -37,7 +37,7 @@ use planisphere_io::{
     part::{self, PartWriter},
     png::write_png,
 };
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 
 const BACKGROUND: [u8; 3] = [1, 2, 3];
 
@@ -45,7 +45,7 @@ const BACKGROUND: [u8; 3] = [1, 2, 3];
 /// reads the part back.
 fn draw_part(
     folder: &Path,
-    device: &mut Device,
+    device: &mut Engine,
     scene: &Scene,
     view: &View,
     range: Range<usize>,
@@ -135,7 +135,7 @@ fn quarters(random: &mut Random, whole: Region) -> Vec<Region> {
 /// Draws a case in parts, of a kind that is told by `way`.
 fn parts_of(
     folder: &Path,
-    device: &mut Device,
+    device: &mut Engine,
     case: &Case,
     way: usize,
     random: &mut Random,
@@ -184,8 +184,8 @@ fn parts_of(
 #[test]
 fn pictures_in_parts_are_the_whole() {
     let folder = tempfile::tempdir().unwrap();
-    let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
-    let mut gpu = Device::open(&DeviceChoice::Gpu).unwrap_or_else(|error| panic!("{error}"));
+    let mut cpu = Engine::open(&Device::Cpu).unwrap();
+    let mut gpu = Engine::open(&Device::Gpu).unwrap_or_else(|error| panic!("{error}"));
     let mut random = Random::new(11);
     let (mut ties, mut exact, mut pixels) = (0, 0, 0);
     let cases = corpus::corpus().into_iter().chain((0..200).map(fuzz));
@@ -316,7 +316,7 @@ impl Findings {
     }
 
     /// Everything about one scene.
-    fn look(&mut self, folder: &Path, device: &mut Device, seed: u64) {
+    fn look(&mut self, folder: &Path, device: &mut Engine, seed: u64) {
         let case = extreme(seed);
         let Case { name, scene, view } = &case;
         let mut random = Random::new(seed ^ 0x5eed);
@@ -485,7 +485,7 @@ fn extreme_scenes_in_parts_are_the_judges() {
     let threads = std::thread::available_parallelism().unwrap().get();
     let work = || {
         let folder = tempfile::tempdir().unwrap();
-        let mut device = Device::open(&DeviceChoice::Cpu).unwrap();
+        let mut device = Engine::open(&Device::Cpu).unwrap();
         let mut findings = Findings::default();
         loop {
             let seed = next.fetch_add(1, Ordering::Relaxed);
@@ -554,7 +554,7 @@ fn altered(
 fn parts_that_lie_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
+    let mut cpu = Engine::open(&Device::Cpu).unwrap();
     // One before the other, and in the second part one behind both that begins among them, and a
     // small one at the side.
     let spheres = [
@@ -768,7 +768,7 @@ fn surfaces_in_the_plane_of_the_camera_merge() {
 #[test]
 fn bounds_are_narrow() {
     let folder = tempfile::tempdir().unwrap();
-    let mut cpu = Device::open(&DeviceChoice::Cpu).unwrap();
+    let mut cpu = Engine::open(&Device::Cpu).unwrap();
     let spheres = [corpus::ball([5.0, 0.0, 0.0], 2.0), corpus::ball([6.0, 1.5, 0.0], 2.5)];
     let scene = corpus::scene(&spheres);
     let look = corpus::Look { at: DVec3::X * 5.0, view: DVec3::X, distance: 5.0, height: 5.0 };

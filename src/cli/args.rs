@@ -12,7 +12,7 @@ use super::{
 };
 use planisphere_core::camera::{ImageSize, Region};
 use planisphere_io::output::Target;
-use planisphere_renderer::DeviceChoice;
+use planisphere_renderer::Device;
 
 /// Draws spheres: every pixel exactly right, the same bytes on every device.
 #[derive(Parser)]
@@ -155,7 +155,7 @@ pub(super) struct RenderArgs {
     /// auto takes a hardware GPU if there is one, else the cpu, and says so. The picture is the
     /// same on all of them. `planisphere info` lists the adapters.
     #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
-    device: DeviceChoice,
+    device: Device,
 
     /// Also write the index of the sphere at every pixel: .npy, int32 (height, width), -1 for the
     /// background
@@ -342,7 +342,7 @@ pub(super) struct RenderRequest {
     /// Which part.
     pub region: Option<Region>,
     /// Which device.
-    pub device: DeviceChoice,
+    pub device: Device,
     /// Whether to print statistics.
     pub stats: bool,
 }
@@ -399,7 +399,7 @@ pub(super) struct ViewArgs {
     ///
     /// As for `render`; the window itself needs no GPU and no driver.
     #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
-    pub device: DeviceChoice,
+    pub device: Device,
 }
 
 /// `make`, as typed.
@@ -479,12 +479,12 @@ mod tests {
     #[test]
     fn devices_have_names_in_any_case() {
         for (text, wanted) in [
-            ("cpu", DeviceChoice::Cpu),
-            ("CPU", DeviceChoice::Cpu),
-            ("Auto", DeviceChoice::Auto),
-            ("GPU", DeviceChoice::Gpu),
-            ("Gpu", DeviceChoice::Gpu),
-            ("GeForce", DeviceChoice::Named("GeForce".into())),
+            ("cpu", Device::Cpu),
+            ("CPU", Device::Cpu),
+            ("Auto", Device::Auto),
+            ("GPU", Device::Gpu),
+            ("Gpu", Device::Gpu),
+            ("GeForce", Device::Named("GeForce".into())),
         ] {
             assert_eq!(parse_device(text), Ok(wanted), "{text}");
         }

@@ -24,7 +24,7 @@ use planisphere_io::{
     load,
     output::{self, Target},
 };
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 
 /// `bench`, as typed.
 #[derive(ClapArgs)]
@@ -60,7 +60,7 @@ enum What {
     Open {
         /// The device
         #[arg(long, value_parser = parse_device)]
-        device: DeviceChoice,
+        device: Device,
     },
 }
 
@@ -73,7 +73,7 @@ struct SpeedArgs {
     /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a
     /// GPU if there is one
     #[arg(long, value_name = "DEVICE", value_parser = parse_device)]
-    device: Option<DeviceChoice>,
+    device: Option<Device>,
 
     /// Size of the pictures in pixels; 1024x1024, or the scene file's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -113,7 +113,7 @@ struct AccuracyArgs {
     /// Measure one device only: auto, gpu, cpu, or part of an adapter's name; else the CPU, and a
     /// GPU if there is one
     #[arg(long, value_name = "DEVICE", value_parser = parse_device)]
-    device: Option<DeviceChoice>,
+    device: Option<Device>,
 
     /// Size of the pictures in pixels; 512x512, or the scene file's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -192,19 +192,19 @@ pub(super) fn run(args: BenchArgs) -> Result<(), Failure> {
 }
 
 /// The device that was asked for, or those that are there.
-fn contenders(device: Option<DeviceChoice>) -> Result<Vec<Contender>, Failure> {
+fn contenders(device: Option<Device>) -> Result<Vec<Contender>, Failure> {
     let Some(choice) = device else { return Ok(speed::devices()) };
     let argument = match &choice {
-        DeviceChoice::Auto => "auto",
-        DeviceChoice::Gpu => "gpu",
-        DeviceChoice::Cpu => "cpu",
-        DeviceChoice::Named(name) => name,
+        Device::Auto => "auto",
+        Device::Gpu => "gpu",
+        Device::Cpu => "cpu",
+        Device::Named(name) => name,
     };
     Ok(vec![speed::contender(argument, choice.clone())?])
 }
 
-fn open(choice: &DeviceChoice) -> Result<(), Failure> {
-    if let Device::Gpu(mut hybrid) = Device::open(choice)? {
+fn open(choice: &Device) -> Result<(), Failure> {
+    if let Engine::Gpu(mut hybrid) = Engine::open(choice)? {
         let gpu = &mut hybrid.gpu;
         let image = ImageSize { width: 8, height: 8 };
         let made = Recipe::new(Kind::Uniform, 1).make(image);

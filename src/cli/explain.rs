@@ -2,7 +2,7 @@
 //! request, the device and the system.
 
 use super::{Failure, args::RenderRequest, planes, print};
-use crate::explain::{self, Engine, Facts, Survey};
+use crate::explain::{self, Facts, Means, Survey};
 use planisphere_core::{
     camera::{Region, View},
     cpu,
@@ -13,7 +13,7 @@ use planisphere_core::{
 #[cfg(feature = "gpu")]
 use planisphere_gpu::plan;
 use planisphere_memory as memory;
-use planisphere_renderer::Device;
+use planisphere_renderer::Engine;
 
 /// Spheres that are looked at for an explanation.
 const LOOK: usize = 1 << 20;
@@ -31,12 +31,12 @@ pub(super) fn facts(
     scene: &Scene,
     view: &View,
     region: Region,
-    device: &Device,
+    device: &Engine,
     words: String,
 ) -> Facts {
     let (engine, tile, wave, band) = match device {
-        Device::Cpu(_) => {
-            let engine = Engine::Cpu {
+        Engine::Cpu(_) => {
+            let engine = Means::Cpu {
                 threads: rayon::current_num_threads(),
                 sampled: cpu::SAMPLED,
                 ordered: cpu::ORDERED,
@@ -44,16 +44,16 @@ pub(super) fn facts(
             (engine, 1 << cpu::shift(region), [cpu::WAVE, CPU_ENTRY], cpu::BAND)
         }
         #[cfg(feature = "gpu")]
-        Device::Gpu(hybrid) => {
+        Engine::Gpu(hybrid) => {
             let gpu = &hybrid.gpu;
             let (chunk, limits) = gpu.capacity();
-            let engine = Engine::Gpu { software: gpu.is_software(), chunk };
+            let engine = Means::Gpu { software: gpu.is_software(), chunk };
             (engine, plan::TILE, [limits.wave, GPU_ENTRY], limits.tiles * plan::TILE_PIXELS)
         }
     };
     let words = match engine {
-        Engine::Cpu { threads, .. } => format!("{words}; {threads} threads"),
-        Engine::Gpu { .. } => words,
+        Means::Cpu { threads, .. } => format!("{words}; {threads} threads"),
+        Means::Gpu { .. } => words,
     };
     // Every sphere in every tile is the most there can be.
     let tiles = u64::from(region.width.div_ceil(tile)) * u64::from(region.height.div_ceil(tile));
@@ -103,7 +103,7 @@ fn fits(facts: &Facts, needed: u64, available: u64) -> Result<(), Failure> {
         return Ok(());
     }
     let other = match facts.engine {
-        Engine::Gpu { software: true, .. } => {
+        Means::Gpu { software: true, .. } => {
             "take --device cpu, which keeps no copy of the spheres"
         }
         _ => "draw it in parts (--region with --visibility, then `planisphere merge`)",
@@ -125,7 +125,7 @@ mod tests {
     fn what_cannot_fit_is_refused_with_both_numbers() {
         let image = ImageSize { width: 1024, height: 1024 };
         let mut facts = Facts {
-            engine: Engine::Gpu { software: true, chunk: 1 << 23 },
+            engine: Means::Gpu { software: true, chunk: 1 << 23 },
             device: String::new(),
             spheres: 100_000_000,
             image,
@@ -148,7 +148,7 @@ mod tests {
         let words = failure.to_string();
         assert!(words.contains("3.") && words.contains("2.0 GB is available"), "{words}");
         assert!(words.contains("--device cpu") && failure.exit_code() == 2, "{words}");
-        facts.engine = Engine::Cpu { threads: 2, sampled: cpu::SAMPLED, ordered: cpu::ORDERED };
+        facts.engine = Means::Cpu { threads: 2, sampled: cpu::SAMPLED, ordered: cpu::ORDERED };
         facts.wave = [cpu::WAVE, CPU_ENTRY];
         let needed = explain::memory(&facts);
         assert!(needed < 500_000_000 && fits(&facts, needed, 2_048_000_000).is_ok());

@@ -3,7 +3,7 @@
 use super::{Failure, ends::stdout_is_open, print, render::device_words};
 #[cfg(feature = "gpu")]
 use planisphere_gpu::adapters::adapters;
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 
 /// Where software drivers come from.
 const SOFTWARE: &str = "
@@ -22,16 +22,16 @@ pub(super) fn run() -> Result<(), Failure> {
     let mut text = format!("cpu   native, {threads} threads; needs no driver\n");
     text += &gpus();
     text += "\n";
-    match Device::open_telling(&DeviceChoice::Gpu) {
-        Ok(opened) if opened.is_news(&DeviceChoice::Gpu) => {
+    match Engine::open_telling(&Device::Gpu) {
+        Ok(opened) if opened.is_news(&Device::Gpu) => {
             text +=
                 &format!("--device gpu   takes {} ({})\n", opened.device.description(), opened.why);
         }
         Ok(opened) => text += &format!("--device gpu   takes {}\n", opened.device.description()),
         Err(error) => text += &format!("--device gpu   {error}\n"),
     }
-    let auto = Device::open_telling(&DeviceChoice::Auto)?;
-    text += &format!("--device auto  takes {}\n", device_words(&auto, &DeviceChoice::Auto));
+    let auto = Engine::open_telling(&Device::Auto)?;
+    text += &format!("--device auto  takes {}\n", device_words(&auto, &Device::Auto));
     if cfg!(target_os = "linux") {
         text += SOFTWARE;
     }

@@ -1,7 +1,7 @@
 //! Values of arguments: how they are written, and what is said of those that are not.
 
 use planisphere_core::camera::{ImageSize, MAX_SIDE, Region};
-use planisphere_renderer::DeviceChoice;
+use planisphere_renderer::Device;
 
 /// A count such as 1000000 or 1e6.
 pub(super) fn parse_count(text: &str) -> Result<usize, String> {
@@ -41,13 +41,13 @@ pub(super) fn parse_region(text: &str) -> Result<Region, String> {
     }
 }
 
-pub(super) fn parse_device(text: &str) -> Result<DeviceChoice, String> {
+pub(super) fn parse_device(text: &str) -> Result<Device, String> {
     match text.trim().to_ascii_lowercase().as_str() {
-        "auto" => Ok(DeviceChoice::Auto),
-        "gpu" => Ok(DeviceChoice::Gpu),
-        "cpu" => Ok(DeviceChoice::Cpu),
+        "auto" => Ok(Device::Auto),
+        "gpu" => Ok(Device::Gpu),
+        "cpu" => Ok(Device::Cpu),
         "" => Err("write auto, gpu, cpu, or part of an adapter's name".into()),
-        _ => Ok(DeviceChoice::Named(text.into())),
+        _ => Ok(Device::Named(text.into())),
     }
 }
 

@@ -25,7 +25,7 @@ use planisphere_io::{
     load::{self, Copied, Loaded},
     output::{self, Staged},
 };
-use planisphere_renderer::{Device, DeviceChoice, Opened, PassedOver};
+use planisphere_renderer::{Device, Engine, Opened, PassedOver};
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
 #[derive(Serialize)]
@@ -101,7 +101,7 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     let scene = &loaded.scene;
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));
-    let opened = Device::open_telling(&request.device)?;
+    let opened = Engine::open_telling(&request.device)?;
     drop(progress);
     times.open = milliseconds(step);
     say_device(&opened, &request.device);
@@ -190,7 +190,7 @@ impl Milliseconds {
 fn draw(
     request: &RenderRequest,
     Subject { loaded, view, region }: &Subject,
-    device: &mut Device,
+    device: &mut Engine,
 ) -> Result<(Vec<Staged>, Drawn), Failure> {
     let scene = &loaded.scene;
     let first = request.first_index;
@@ -255,7 +255,7 @@ fn passed(_: &[PassedOver]) -> Vec<Passed<'_>> {
 }
 
 /// Which device was taken, and why.
-pub(super) fn device_words(opened: &Opened, choice: &DeviceChoice) -> String {
+pub(super) fn device_words(opened: &Opened, choice: &Device) -> String {
     let (device, why) = (opened.device.description(), &opened.why);
     if opened.is_news(choice) {
         format!("{device} ({why}; --device chooses another)")
@@ -265,7 +265,7 @@ pub(super) fn device_words(opened: &Opened, choice: &DeviceChoice) -> String {
 }
 
 /// Says which device was taken, where that was not simply asked for.
-pub(super) fn say_device(opened: &Opened, choice: &DeviceChoice) {
+pub(super) fn say_device(opened: &Opened, choice: &Device) {
     if opened.is_news(choice) {
         say(&format!("device: {}", device_words(opened, choice)));
     }

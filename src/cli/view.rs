@@ -7,7 +7,7 @@ use std::{
 
 use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say};
 use planisphere_io::load;
-use planisphere_renderer::Device;
+use planisphere_renderer::Engine;
 use planisphere_window::{Display, Shown, Start};
 
 /// Shows the window until it is closed.
@@ -21,7 +21,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     // through `std::env` if at all. No driver is loaded yet.
     let display = unsafe { Display::open(say)? };
     let progress = Progress::step("starting the device");
-    let opened = Device::open_telling(&args.device)?;
+    let opened = Engine::open_telling(&args.device)?;
     drop(progress);
     say_device(&opened, &args.device);
     let stem = if args.scene == Path::new("-") { None } else { args.scene.file_stem() };

@@ -31,7 +31,7 @@ use planisphere_core::{
     project::Projector,
     scene::{Ball, Scene, Sphere},
 };
-use planisphere_renderer::Device;
+use planisphere_renderer::Engine;
 
 /// What to measure.
 pub struct Settings {
@@ -96,8 +96,8 @@ impl Method {
         }
     }
 
-    fn runs_on(self, device: &Device) -> bool {
-        matches!(device, Device::Cpu(_))
+    fn runs_on(self, device: &Engine) -> bool {
+        matches!(device, Engine::Cpu(_))
             || matches!(self, Self::Uncertified | Self::FilterOnly | Self::Full)
     }
 }
@@ -333,7 +333,7 @@ struct Entrant {
 }
 
 fn draw(
-    device: &mut Device,
+    device: &mut Engine,
     method: Method,
     made: &Made,
     view: &View,
@@ -352,13 +352,13 @@ fn draw(
         (Method::Textbook, _) => return Ok(inexact(Formula::Textbook)),
         (Method::Geometric, _) => return Ok(inexact(Formula::Geometric)),
         (Method::Shifted, _) => return Ok(inexact(Formula::Shifted)),
-        (Method::Uncertified, Device::Cpu(cpu)) => {
+        (Method::Uncertified, Engine::Cpu(cpu)) => {
             modes::draw_uncertified(cpu, scene, view, region)?
         }
-        (Method::FilterOnly, Device::Cpu(cpu)) => {
+        (Method::FilterOnly, Engine::Cpu(cpu)) => {
             modes::draw_filter_only(cpu, scene, view, region)?
         }
-        (Method::Uncertified, Device::Gpu(hybrid)) => {
+        (Method::Uncertified, Engine::Gpu(hybrid)) => {
             hybrid.gpu.set_certain(false);
             let answer = hybrid.gpu.draw(scene, view, region);
             hybrid.gpu.set_certain(true);
@@ -367,7 +367,7 @@ fn draw(
                 None => hybrid.draw(scene, view, region)?,
             }
         }
-        (Method::FilterOnly, Device::Gpu(hybrid)) => hybrid.gpu.draw_filter(scene, view, region)?,
+        (Method::FilterOnly, Engine::Gpu(hybrid)) => hybrid.gpu.draw_filter(scene, view, region)?,
         (_, device) => device.draw(scene, view, region)?,
     };
     let Drawing { ids, counts, .. } = drawing;
@@ -390,7 +390,7 @@ fn one_scene(
 
     let mut devices = Vec::new();
     for contender in &settings.devices {
-        let device = Device::open(&contender.choice)?;
+        let device = Engine::open(&contender.choice)?;
         let methods = Method::ALL
             .into_iter()
             .filter(|&method| method != Method::Exact && method.runs_on(&device));
@@ -422,7 +422,7 @@ fn one_scene(
         let Some(time) = time else { continue };
         row.set_time(time);
     }
-    if devices.iter().any(|(device, ..)| matches!(device, Device::Cpu(_))) {
+    if devices.iter().any(|(device, ..)| matches!(device, Engine::Cpu(_))) {
         let samples = if settings.quick { SAMPLES / 8 } else { SAMPLES };
         rows.push(everything_exact(made, &truth, region, &exact, samples, settings.frames.min(3)));
     }
@@ -473,12 +473,12 @@ impl<'a> Judge<'a> {
     fn row(
         &self,
         made: &Made,
-        device: &Device,
+        device: &Engine,
         argument: &str,
         method: Method,
         answer: &Answer,
     ) -> Row {
-        let on_cpu = matches!(device, Device::Cpu(_));
+        let on_cpu = matches!(device, Engine::Cpu(_));
         let depths = match (method, &answer.depths) {
             (_, Some(depths)) => Some(depths.iter().map(|&depth| f64::from(depth)).collect()),
             (Method::Full, _) => {
@@ -751,7 +751,7 @@ fn price(
         let spheres = made.scene.len();
         say(&format!("price of exactness: {} spheres, {}", count(spheres), made.name));
         for contender in &settings.devices {
-            let (mut device, made) = (Device::open(&contender.choice)?, made.fresh());
+            let (mut device, made) = (Engine::open(&contender.choice)?, made.fresh());
             let (mut full, mut plain) = (Samples::default(), Samples::default());
             // The difference is small, so many pairs are measured, and more where pictures are
             // drawn fast. The order within a pair alternates. After the first pairs the same views

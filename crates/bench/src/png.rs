@@ -24,7 +24,7 @@ use planisphere_core::{
 };
 use planisphere_image::Paint;
 use planisphere_io::png::{PaletteError, write_palette_png, write_png};
-use planisphere_renderer::{Device, DeviceChoice};
+use planisphere_renderer::{Device, Engine};
 
 /// A picture to measure.
 pub struct Picture {
@@ -165,7 +165,7 @@ pub fn measure(
     for picture in pictures {
         say(&picture.name);
         let region = Region::whole(picture.view.image);
-        let mut device = Device::open(&DeviceChoice::Cpu)?;
+        let mut device = Engine::open(&Device::Cpu)?;
         let ids = device.draw(&picture.scene, &picture.view, region)?.ids;
         let paint = Paint { scene: &picture.scene, background: picture.background };
         let true_colors = of(&picture.name, region, &ids, &paint, rounds)?;

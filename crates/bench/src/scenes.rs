@@ -470,13 +470,13 @@ mod tests {
     use super::*;
     use planisphere_core::camera::Region;
     use planisphere_io::load;
-    use planisphere_renderer::{Device, DeviceChoice};
+    use planisphere_renderer::{Device, Engine};
 
     const IMAGE: ImageSize = ImageSize { width: 96, height: 96 };
 
     fn seen(made: &Made) -> Vec<i32> {
         let view = View::new(made.camera, IMAGE);
-        let mut device = Device::open(&DeviceChoice::Cpu).unwrap();
+        let mut device = Engine::open(&Device::Cpu).unwrap();
         device.draw(&made.scene, &view, Region::whole(IMAGE)).unwrap().ids
     }
 

@@ -31,7 +31,7 @@ use planisphere_core::{
 use planisphere_gpu as gpu;
 use planisphere_gpu::naive::Naive;
 use planisphere_io::litter;
-use planisphere_renderer::{Device, DeviceChoice, DeviceError};
+use planisphere_renderer::{Device, DeviceError, Engine};
 
 /// Why there is no measurement.
 #[derive(Debug, thiserror::Error)]
@@ -61,7 +61,7 @@ pub struct Contender {
     /// As `--device` takes it.
     pub argument: String,
     /// The same, read.
-    pub choice: DeviceChoice,
+    pub choice: Device,
     /// The device's own words.
     pub description: String,
 }
@@ -89,7 +89,7 @@ pub struct Settings {
 /// The devices that are there: the CPU, and a GPU if one opens.
 pub fn devices() -> Vec<Contender> {
     let mut found: Vec<Contender> = Vec::new();
-    for (argument, choice) in [("cpu", DeviceChoice::Cpu), ("gpu", DeviceChoice::Gpu)] {
+    for (argument, choice) in [("cpu", Device::Cpu), ("gpu", Device::Gpu)] {
         if let Ok(device) = contender(argument, choice) {
             // What is asked for twice is measured once.
             if found.iter().all(|other| other.description != device.description) {
@@ -104,8 +104,8 @@ pub fn devices() -> Vec<Contender> {
 ///
 /// # Errors
 /// When it does not open.
-pub fn contender(argument: &str, choice: DeviceChoice) -> Result<Contender, DeviceError> {
-    let description = Device::open(&choice)?.description();
+pub fn contender(argument: &str, choice: Device) -> Result<Contender, DeviceError> {
+    let description = Engine::open(&choice)?.description();
     Ok(Contender { argument: argument.into(), choice, description })
 }
 
@@ -511,7 +511,7 @@ impl Bench<'_> {
         for contender in &self.settings.devices {
             let mut frames = Frames::default();
             for _ in 0..COLD.min(self.settings.frames) {
-                let mut device = frames.open.add(|| Device::open(&contender.choice))?;
+                let mut device = frames.open.add(|| Engine::open(&contender.choice))?;
                 let view = subject.view(0);
                 let scene = made.scene.fresh();
                 frames.draw_cold(&mut device, &scene, &view, region, &subject.first.ids)?;
@@ -687,7 +687,7 @@ impl Bench<'_> {
             .make(settings.image)
             .write(folder.path(), settings.image)?;
         let picture = folder.path().join("out.png");
-        for device in settings.devices.iter().filter(|device| device.choice != DeviceChoice::Cpu) {
+        for device in settings.devices.iter().filter(|device| device.choice != Device::Cpu) {
             (self.say)(&format!("start-up of {}", device.argument));
             let argument: &std::ffi::OsStr = device.argument.as_ref();
             let bare = ["bench".as_ref(), "open".as_ref(), "--device".as_ref(), argument];
@@ -719,7 +719,7 @@ impl Bench<'_> {
 
     /// The four scenes of the report, each as a whole process that writes a PNG on the CPU.
     fn report_scenes(&mut self) -> Result<Vec<Check>, BenchError> {
-        let Some(cpu) = self.settings.devices.iter().find(|d| d.choice == DeviceChoice::Cpu) else {
+        let Some(cpu) = self.settings.devices.iter().find(|d| d.choice == Device::Cpu) else {
             return Ok(Vec::new());
         };
         if self.settings.runs == 0 {
@@ -796,7 +796,7 @@ fn read_ids(path: &Path, count: usize) -> io::Result<Vec<i32>> {
 #[derive(Default)]
 struct Frames {
     /// With a scene of its own, of which only this device has found anything.
-    device: Option<(Device, Scene)>,
+    device: Option<(Engine, Scene)>,
     open: Samples,
     cold: Samples,
     moved: Samples,
@@ -817,7 +817,7 @@ impl Frames {
 
     fn draw_cold(
         &mut self,
-        device: &mut Device,
+        device: &mut Engine,
         scene: &Scene,
         view: &View,
         region: Region,
@@ -879,7 +879,7 @@ impl Baseline {
         view: &View,
         exact: Option<&[i32]>,
     ) -> Result<(), BenchError> {
-        let Some((Device::Gpu(hybrid), _)) = &mut frames.device else { return Ok(()) };
+        let Some((Engine::Gpu(hybrid), _)) = &mut frames.device else { return Ok(()) };
         let gpu = &mut hybrid.gpu;
         if self.plain.is_none() {
             let mut naive = Naive::new(gpu);

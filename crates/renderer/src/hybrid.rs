@@ -59,7 +59,7 @@ impl Hybrid {
     /// whole, the next frames of the same scene are drawn by the CPU alone.
     ///
     /// # Errors
-    /// As [`crate::Device::draw`].
+    /// As [`crate::Engine::draw`].
     pub fn draw(
         &mut self,
         scene: &Scene,

@@ -34,7 +34,7 @@ use planisphere_core::{
     exact::decide::{Tally, Truth},
 };
 use planisphere_image::Paint;
-use planisphere_renderer::Device;
+use planisphere_renderer::Engine;
 
 /// What other threads send.
 pub(super) enum Message {
@@ -118,7 +118,7 @@ impl App {
     /// When there is no thread to draw with.
     pub fn new(
         start: Start,
-        device: Device,
+        device: Engine,
         proxy: EventLoopProxy<Message>,
     ) -> Result<Self, ViewError> {
         let words = device.description();

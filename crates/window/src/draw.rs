@@ -24,7 +24,7 @@ use planisphere_core::{
 };
 use planisphere_image::Paint;
 use planisphere_io::load::Loaded;
-use planisphere_renderer::Device;
+use planisphere_renderer::Engine;
 
 /// How long a thread is waited for at the end; without a picture under way it ends at once.
 const LEAVE: Duration = Duration::from_millis(300);
@@ -70,7 +70,7 @@ impl Painter {
     /// # Errors
     /// When there is no thread to be had.
     pub fn start(
-        mut device: Device,
+        mut device: Engine,
         loaded: Loaded,
         done: impl Fn(Drawn) + Send + 'static,
     ) -> io::Result<Self> {
@@ -140,7 +140,7 @@ fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, control: Control) {
 }
 
 /// Draws; whatever comes of it is worth nothing if an array has changed by then.
-fn draw_unless_changed(device: &mut Device, loaded: &Loaded, view: View) -> Drawn {
+fn draw_unless_changed(device: &mut Engine, loaded: &Loaded, view: View) -> Drawn {
     if let Some(words) = arrays_changed(loaded) {
         return Drawn::Changed(words);
     }
@@ -154,7 +154,7 @@ fn draw_unless_changed(device: &mut Device, loaded: &Loaded, view: View) -> Draw
     }
 }
 
-fn draw(device: &mut Device, loaded: &Loaded, view: View) -> Result<Frame, DrawError> {
+fn draw(device: &mut Engine, loaded: &Loaded, view: View) -> Result<Frame, DrawError> {
     let start = Instant::now();
     let Loaded { scene, background, .. } = loaded;
     let ids = device.draw(scene, &view, Region::whole(view.image))?.ids;

@@ -1,6 +1,6 @@
 //! The window: a scene that is looked at from all sides.
 //!
-//! Only this module names winit and softbuffer. Pictures come from the same [`Device::draw`] and
+//! Only this module names winit and softbuffer. Pictures come from the same [`Engine::draw`] and
 //! `planisphere_io::png` as files, and are put into the window as they are: every device shows
 //! through the same code, no driver is needed, and a screenshot is the file that `render` would
 //! write. Nothing here prints: what is to be said goes to the caller's functions.
@@ -35,7 +35,7 @@ pub use keys::KEYS;
 
 use planisphere_core::{camera::ImageSize, drawing::DrawError};
 use planisphere_io::load::Loaded;
-use planisphere_renderer::Device;
+use planisphere_renderer::Engine;
 
 /// What is left without a display.
 const FIX: &str = "use `planisphere render`, which draws into a file and needs no display";
@@ -125,7 +125,7 @@ impl Display {
     }
 
     /// Shows the window until it is closed.
-    pub fn show(self, start: Start, device: Device) -> Shown {
+    pub fn show(self, start: Start, device: Engine) -> Shown {
         self.0.show(start, device)
     }
 }
@@ -150,7 +150,7 @@ impl Desktop {
         Err(ViewError::NoDisplay(format!("the system was asked: {words}")))
     }
 
-    fn show(self, start: Start, device: Device) -> Shown {
+    fn show(self, start: Start, device: Engine) -> Shown {
         let Self(event_loop) = self;
         let app = match app::App::new(start, device, event_loop.create_proxy()) {
             Ok(app) => app,

@@ -26,7 +26,7 @@ use super::{
     session::{self, Session},
     x11::{Fate, Server, present::Trouble},
 };
-use planisphere_renderer::Device;
+use planisphere_renderer::Engine;
 
 /// How long winit may take to connect to a display that has answered.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -50,7 +50,7 @@ enum News {
 
 /// A connection to a display.
 pub(super) struct Desktop {
-    orders: Sender<(Start, Device)>,
+    orders: Sender<(Start, Engine)>,
     news: Receiver<News>,
     /// The X server, and the window once there is one.
     server: Option<Arc<Server>>,
@@ -88,7 +88,7 @@ impl Desktop {
     }
 
     /// Shows the window until it is closed.
-    pub fn show(self, start: Start, device: Device) -> Shown {
+    pub fn show(self, start: Start, device: Engine) -> Shown {
         let last = match self.orders.send((start, device)) {
             Ok(()) => self.news.recv().unwrap_or(News::Lost),
             // Lost while nobody listened.
@@ -144,7 +144,7 @@ impl From<Trouble> for ViewError {
 /// What the window's thread begins with.
 struct Thread {
     tell: Sender<News>,
-    work: Receiver<(Start, Device)>,
+    work: Receiver<(Start, Engine)>,
     server: Option<Arc<Server>>,
     window: Arc<AtomicU32>,
 }
