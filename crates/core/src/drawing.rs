@@ -95,9 +95,23 @@ pub enum DrawError {
     /// It was cancelled from outside.
     #[error("the drawing was cancelled")]
     Cancelled,
-    /// It cannot fit into memory; says what is needed.
-    #[error("{0}")]
-    Memory(String),
+    /// It cannot fit into memory.
+    #[error("{words}")]
+    Memory {
+        /// Bytes that could not be had, if that is known.
+        needed: Option<u64>,
+        /// What is needed, in words.
+        words: String,
+    },
+}
+
+impl DrawError {
+    /// When so many bytes a pixel cannot be had for a plane.
+    pub fn no_room(plane: &str, bytes: usize, pixels: usize) -> Self {
+        let needed = bytes * pixels;
+        let words = format!("{needed} bytes for the {plane} of {pixels} pixels cannot be had");
+        Self::Memory { needed: Some(needed as u64), words }
+    }
 }
 
 /// What was done for a picture, for `--stats`.
@@ -209,12 +223,7 @@ impl Drawing {
         let spheres = scene.len();
         let pixels = region.pixels();
         let mut ids = Vec::new();
-        ids.try_reserve_exact(pixels).map_err(|_| {
-            DrawError::Memory(format!(
-                "{} bytes for the ids of {pixels} pixels cannot be had",
-                4 * pixels
-            ))
-        })?;
+        ids.try_reserve_exact(pixels).map_err(|_| DrawError::no_room("ids", 4, pixels))?;
         let counts = Counts { spheres, pixels, ..Counts::default() };
         Ok(Self { region, ids, counts, times: Times::default() })
     }

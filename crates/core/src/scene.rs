@@ -79,7 +79,11 @@ impl<T: Pod + Send> Column<T> {
     }
 
     /// Some of them, in place.
-    fn part(&self, range: std::ops::Range<usize>) -> Self {
+    ///
+    /// # Panics
+    /// When they reach beyond the end.
+    #[must_use]
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
         let bytes = self.bytes.slice(range.start * size_of::<T>()..range.end * size_of::<T>());
         Self { bytes, kind: PhantomData }
     }
@@ -92,6 +96,20 @@ impl<T> fmt::Debug for Column<T> {
 }
 
 impl<T: Pod + Send> Column<T> {
+    /// Takes numbers of any owner, in place: of what shares its memory, such as an `Arc`, or of a
+    /// mapped file. Rows of them stand one after another.
+    pub fn of_owner<R: Pod, O: AsRef<[R]> + Send + 'static>(owner: O) -> Self {
+        struct Rows<O, R>(O, PhantomData<fn() -> R>);
+        impl<R: Pod, O: AsRef<[R]>> AsRef<[u8]> for Rows<O, R> {
+            fn as_ref(&self) -> &[u8] {
+                bytemuck::cast_slice(self.0.as_ref())
+            }
+        }
+        const { assert!(size_of::<R>().is_multiple_of(size_of::<T>())) };
+        const { assert!(align_of::<R>() >= align_of::<T>()) };
+        Self { bytes: Bytes::from_owner(Rows(owner, PhantomData)), kind: PhantomData }
+    }
+
     /// Takes rows of numbers, one row after another.
     pub fn of_rows<const N: usize>(rows: Vec<[T; N]>) -> Self
     where
@@ -546,6 +564,26 @@ impl Scene {
     /// Whether there is no sphere.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Bytes that the numbers take, wherever they lie.
+    pub fn bytes(&self) -> u64 {
+        let reals = |reals: &Reals| match reals {
+            Reals::F32(numbers) => numbers.bytes.len(),
+            Reals::F64(numbers) => numbers.bytes.len(),
+        };
+        let block = |block: &Block| {
+            let radii = match &block.radii {
+                Radii::Same(_) => 0,
+                Radii::Each(each) => reals(each),
+            };
+            let colors = match &block.colors {
+                Colors::Same(_) => 0,
+                Colors::Each(each) => each.bytes.len(),
+            };
+            (reals(&block.centers) + radii + colors) as u64
+        };
+        self.blocks.iter().map(block).sum()
     }
 
     /// The blocks, each with the index of its first sphere.

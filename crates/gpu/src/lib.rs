@@ -748,10 +748,8 @@ impl Gpu {
         let result = work(self);
         let faults = [pollster::block_on(internal.pop()), pollster::block_on(validation.pop())];
         if let Some(error) = pollster::block_on(memory.pop()) {
-            return Err(DrawError::Memory(format!(
-                "{} is out of memory: {error}",
-                self.description()
-            )));
+            let words = format!("{} is out of memory: {error}", self.description());
+            return Err(DrawError::Memory { needed: None, words });
         }
         let lost = self.fault.lock().map_or(None, |fault| fault.clone());
         match faults.into_iter().flatten().map(|error| error.to_string()).next().or(lost) {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
 /// Colours of ids: a sphere's own, the background's for -1.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Paint<'a> {
     /// Where the ids come from.
     pub scene: &'a Scene,
@@ -64,12 +64,27 @@ impl Paint<'_> {
     /// # Errors
     /// When an id is none of the scene's spheres.
     pub fn colors(&self, ids: &[i32]) -> Result<Vec<[u8; 3]>, PlaneError> {
-        self.check(ids)?;
         let mut colors = vec![[0; 3]; ids.len()];
-        colors.par_chunks_mut(1 << 14).zip(ids.par_chunks(1 << 14)).for_each(|(colors, ids)| {
-            self.runs(ids).for_each(|(run, color)| colors[run].fill(color));
-        });
+        self.fill(ids, &mut colors, |color| color)?;
         Ok(colors)
+    }
+
+    /// The same into memory that is there, as pixels of some form. Of the longer of the two slices
+    /// the rest is left as it is.
+    ///
+    /// # Errors
+    /// As [`Paint::colors`]; then nothing is written.
+    pub fn fill<P: Copy + Send>(
+        &self,
+        ids: &[i32],
+        pixels: &mut [P],
+        pixel: impl Fn([u8; 3]) -> P + Sync,
+    ) -> Result<(), PlaneError> {
+        self.check(ids)?;
+        pixels.par_chunks_mut(1 << 14).zip(ids.par_chunks(1 << 14)).for_each(|(pixels, ids)| {
+            self.runs(ids).for_each(|(run, color)| pixels[run].fill(pixel(color)));
+        });
+        Ok(())
     }
 }
 
