@@ -27,7 +27,7 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
 /// line, is the empty name.
 const FEW_MAY_KNOW: [(&str, &[&str]); 12] = [
     ("clap", &[""]),
-    ("libc", &["", "bench", "io", "memory", "window"]),
+    ("libc", &["", "bench", "io", "window"]),
     ("memmap2", &["io", "window"]),
     ("naga", &["shaders"]),
     ("pollster", &["gpu"]),
@@ -41,7 +41,7 @@ const FEW_MAY_KNOW: [(&str, &[&str]); 12] = [
 ];
 
 /// What the core is built from, on the way to a library: names of packages.
-const OF_THE_CORE: [&str; 22] = [
+const OF_THE_CORE: [&str; 21] = [
     "bytemuck",
     "bytes",
     "cfg-if",
@@ -53,7 +53,6 @@ const OF_THE_CORE: [&str; 22] = [
     "either",
     "glam",
     "num-modular",
-    "num-order",
     "planisphere-core",
     "proc-macro2",
     "quote",
