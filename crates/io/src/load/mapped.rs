@@ -37,15 +37,19 @@ pub(crate) const SMALL: u64 = 1 << 18;
 
 /// A file that is in use has changed: nothing that was drawn meanwhile is right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{}: the file changed while it was in use, so that no picture of it is right\n\
-     fix: draw again when it is finished; a file that is in use is best replaced by writing \
-     another one and renaming that over it",
-    planisphere_core::text::name(.path)
-)]
+#[error("{}: {}\nfix: {}", planisphere_core::text::name(.path), Self::PROBLEM, Self::FIX)]
 pub struct ChangedFile {
     /// The file.
     pub path: PathBuf,
+}
+
+impl ChangedFile {
+    /// What is wrong, to be read after the file's name.
+    pub(crate) const PROBLEM: &str =
+        "the file changed while it was in use, so that no picture of it is right";
+    /// What to do about it.
+    pub(crate) const FIX: &str = "draw again when it is finished; a file that is in use is best \
+                                  replaced by writing another one and renaming that over it";
 }
 
 /// Why a file was not opened.

@@ -28,6 +28,7 @@ mod colors;
 mod document;
 mod input;
 pub(crate) mod mapped;
+mod refused;
 pub(crate) mod report;
 mod scene_file;
 

@@ -282,14 +282,6 @@ impl LoadError {
         Self(Box::new((Excerpt::new(name, "", &[]).0, diagnostic)))
     }
 
-    /// An error whose message names the file itself.
-    pub(crate) fn of_message(message: &str, fix: &str) -> Self {
-        let message = text::within(message, LONGEST);
-        let diagnostic =
-            Diagnostic::error().with_message(message).with_notes(vec![format!("fix: {fix}")]);
-        Self(Box::new((Excerpt::new("", "", &[]).0, diagnostic)))
-    }
-
     /// The report, with the colours of a terminal if asked for.
     pub fn render(&self, color: bool) -> String {
         let (file, diagnostic) = &*self.0;
