@@ -43,7 +43,8 @@ pub fn parts(paths: &[PathBuf]) -> Result<(Vec<Part>, Watch), LoadError> {
 
 fn watched(path: &Path) -> Result<(Part, Arc<Mapped>), LoadError> {
     let name = text::name(path);
-    let refused = |problem: String, fix: &str| LoadError::of_file(&name, problem, fix);
+    let refused =
+        |problem: String, fix: &str| LoadError::of_file(&name, problem, fix).in_file(path);
     let unread =
         |error: io::Error| refused(format!("cannot be read: {error}"), OpenError::fix(&error));
     let (file, metadata) = open_regular(path).map_err(|error| match error {

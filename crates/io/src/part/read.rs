@@ -302,3 +302,50 @@ impl Archive<'_> {
         self.array(name, "<f8", shape, f64::from_le_bytes)?.try_into().map_err(|_| wrong(name))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::part::PartWriter;
+    use planisphere_core::{part::Pixel, scene::Sphere};
+
+    #[test]
+    fn a_part_comes_back_from_bytes() {
+        let ball = Sphere { center: DVec3::new(5.0, 0.0, 0.5), radius: 2.0, color: [1, 2, 3] };
+        let image = ImageSize { width: 4, height: 3 };
+        let meta = Meta {
+            view: View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), image),
+            region: Region { x: 1, y: 1, width: 2, height: 2 },
+            background: [9, 8, 7],
+            ranges: vec![Range { start: 40, end: 41 }],
+            bounds: Some(Scene::from_spheres(&[ball]).unwrap().bounds()),
+        };
+        let near = Pixel { id: 40, bounds: [3.0, 3.0] };
+        let none = Pixel { id: -1, bounds: [f64::INFINITY; 2] };
+        let mut bytes = Vec::new();
+        let mut writer = PartWriter::new(&mut bytes, &meta).unwrap();
+        writer.pixels([near, none, near, none].into_iter()).unwrap();
+        writer.finish([(40, ball)].into_iter()).unwrap();
+
+        let part = read("left", Bytes::from(bytes.clone())).unwrap();
+        assert_eq!((part.name.as_str(), &part.meta, &part.indices[..]), ("left", &meta, &[40][..]));
+        let records = part.pixels.bytes.chunks_exact(Pixels::record(false));
+        let ids: Vec<&[u8]> = records.map(|record| &record[..4]).collect();
+        assert_eq!(ids, [40i32, -1, 40, -1].map(i32::to_le_bytes));
+
+        let refused = |bytes: Vec<u8>| read("left", bytes.into()).err().expect("no part");
+        let empty = refused(Vec::new());
+        assert_eq!(empty.problem, PartProblem::Damaged("is empty".into()));
+        assert_eq!(
+            empty.to_string(),
+            "left: is empty; write the part again, and hand over all of its bytes"
+        );
+        assert!(matches!(refused(b"words".to_vec()).problem, PartProblem::Damaged(_)));
+        // A byte of a pixel.
+        let mut other = bytes.clone();
+        other[200] ^= 1;
+        assert!(matches!(refused(other).problem, PartProblem::Damaged(_)));
+        bytes.truncate(bytes.len() - 30);
+        assert!(matches!(refused(bytes).problem, PartProblem::Damaged(_)));
+    }
+}
