@@ -13,6 +13,7 @@
 //! | `make` | `make` | makes large scenes |
 
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+#![warn(missing_debug_implementations)]
 
 #[cfg(any(feature = "files", feature = "read"))]
 pub mod identity;

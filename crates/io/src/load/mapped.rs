@@ -21,6 +21,7 @@
 //! other than Unix a mapped file cannot be cut short, and there is no handler.
 
 use std::{
+    fmt,
     fs::{self, File, Metadata},
     io::{self, ErrorKind},
     path::{Path, PathBuf},
@@ -259,6 +260,16 @@ pub(crate) struct Mapped {
     file: File,
     identity: Identity,
     path: PathBuf,
+}
+
+impl fmt::Debug for Mapped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (path, length) = (&self.path, self.map.len());
+        f.debug_struct("Mapped")
+            .field("path", path)
+            .field("length", &length)
+            .finish_non_exhaustive()
+    }
 }
 
 impl AsRef<[u8]> for Mapped {

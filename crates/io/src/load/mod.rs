@@ -6,6 +6,7 @@
 //! window are their callers.
 
 use std::{
+    fmt,
     panic::{self, AssertUnwindSafe},
     path::{Path, PathBuf},
     sync::Arc,
@@ -62,7 +63,7 @@ pub struct Loaded {
 }
 
 /// Files that are in use where they lie, and may be changed by others meanwhile.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Watch(pub(crate) Vec<Arc<mapped::Mapped>>);
 
 impl Watch {
@@ -90,6 +91,22 @@ impl Watch {
             (None, Ok(result)) => Ok(result),
             (None, Err(panic)) => panic::resume_unwind(panic),
         }
+    }
+}
+
+impl fmt::Debug for Loaded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Loaded")
+            .field("spheres", &self.scene.len())
+            .field("fixed_camera", &self.fixed_camera)
+            .field("wanted", &self.wanted)
+            .field("image", &self.image)
+            .field("background", &self.background)
+            .field("files", &self.files)
+            .field("watch", &self.watch)
+            .field("copied", &self.copied)
+            .field("notes", &self.notes)
+            .finish()
     }
 }
 
