@@ -9,9 +9,11 @@
 //!   merging.
 //! * the rest of `planisphere-core`, for tests and for those who draw in other ways.
 //!
-//! With the feature `cli` (the program) there are also `load`, `make`, `npy`, `png` and `output`,
-//! which read and write files, with `gpu` the GPU device, and with `window` the window as `view`.
-//! Without default features the library draws on the CPU, and no clap, wgpu or winit is built.
+//! Features add to it: `png` writes pictures (as `png`), `read` reads scene files (`load`), `files`
+//! writes files whole or not at all (`output`), `parts` reads and writes parts; each of these four
+//! brings `npy`. With `gpu` there is the GPU device, with `window` the window as `view`, with `cli`
+//! the program, and all that reads and writes. Without default features the library draws on the
+//! CPU, and is built from 25 packages.
 //!
 //! ```
 //! use glam::DVec3;
@@ -41,8 +43,16 @@ pub use planisphere_core::{
 #[cfg(feature = "gpu")]
 pub use planisphere_gpu as gpu;
 pub use planisphere_image as image;
+#[cfg(feature = "read")]
+pub use planisphere_io::load;
 #[cfg(feature = "cli")]
-pub use planisphere_io::{load, make, npy, output, png};
+pub use planisphere_io::make;
+#[cfg(any(feature = "files", feature = "parts", feature = "png", feature = "read"))]
+pub use planisphere_io::npy;
+#[cfg(feature = "files")]
+pub use planisphere_io::output;
+#[cfg(feature = "png")]
+pub use planisphere_io::png;
 pub use planisphere_renderer as render;
 #[cfg(feature = "window")]
 pub use planisphere_window as view;

@@ -16,7 +16,7 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
     ("image", &["core"]),
     ("gpu", &["core", "shaders"]),
     ("io", &["core", "image", "memory"]),
-    ("renderer", &["core", "gpu", "memory"]),
+    ("renderer", &["core", "gpu", "image", "io", "memory"]),
     ("window", &["core", "image", "io", "renderer"]),
     ("bench", &["core", "gpu", "image", "io", "renderer"]),
     ("testkit", &[]),
@@ -27,7 +27,7 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
 /// line, is the empty name.
 const FEW_MAY_KNOW: [(&str, &[&str]); 12] = [
     ("clap", &[""]),
-    ("libc", &["", "bench", "io", "memory", "window"]),
+    ("libc", &["", "bench", "io", "window"]),
     ("memmap2", &["io", "window"]),
     ("naga", &["shaders"]),
     ("pollster", &["gpu"]),
@@ -41,7 +41,7 @@ const FEW_MAY_KNOW: [(&str, &[&str]); 12] = [
 ];
 
 /// What the core is built from, on the way to a library: names of packages.
-const OF_THE_CORE: [&str; 22] = [
+const OF_THE_CORE: [&str; 21] = [
     "bytemuck",
     "bytes",
     "cfg-if",
@@ -53,7 +53,6 @@ const OF_THE_CORE: [&str; 22] = [
     "either",
     "glam",
     "num-modular",
-    "num-order",
     "planisphere-core",
     "proc-macro2",
     "quote",
@@ -157,6 +156,36 @@ fn a_library_without_features_draws_on_the_cpu_alone() {
     let all = closure(&["--package", "planisphere", "--all-features"]);
     let missing: Vec<_> = NEVER.iter().filter(|name| !all.contains(**name)).collect();
     assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn a_library_builds_little() {
+    let library = |features| {
+        closure(&["--package", "planisphere", "--no-default-features", "--features", features])
+    };
+    for (features, most) in [("", 25), ("png", 35)] {
+        let packages = library(features);
+        assert!(
+            packages.len() <= most,
+            "`{features}` builds {} packages: {packages:?}",
+            packages.len()
+        );
+    }
+    // Each feature of the files has packages of its own, which the others do without.
+    let own = ["tempfile", "zip", "png", "toml"];
+    for (own, features) in own.iter().zip(["files", "parts", "png", "read"]) {
+        let packages = library(features);
+        assert!(packages.contains(*own), "`{features}` builds {packages:?}");
+    }
+    for (feature, others) in [
+        ("files", ["zip", "png", "toml"]),
+        ("parts", ["tempfile", "png", "toml"]),
+        ("png", ["tempfile", "zip", "toml"]),
+        ("read", ["tempfile", "zip", "png"]),
+    ] {
+        let packages = library(feature);
+        assert!(others.iter().all(|other| !packages.contains(*other)), "{feature}: {packages:?}");
+    }
 }
 
 /// Files of Rust under a folder.

@@ -169,3 +169,7 @@ fi
 cargo check --release --locked --no-default-features
 cargo check --release --locked --no-default-features --features cli
 cargo check --release --locked --no-default-features --features cli,gpu
+# The library with each format alone.
+for feature in png files read parts; do
+    cargo check --release --locked --no-default-features --features "$feature"
+done

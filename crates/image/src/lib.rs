@@ -4,8 +4,9 @@
 //! knows no device and no file.
 
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+#![warn(missing_debug_implementations)]
 
-use std::ops::Range;
+use std::{fmt, ops::Range};
 
 use rayon::prelude::*;
 
@@ -18,6 +19,15 @@ pub struct Paint<'a> {
     pub scene: &'a Scene,
     /// Colour where there is no sphere, sRGB.
     pub background: [u8; 3],
+}
+
+impl fmt::Debug for Paint<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Paint")
+            .field("spheres", &self.scene.len())
+            .field("background", &self.background)
+            .finish()
+    }
 }
 
 impl Paint<'_> {

@@ -83,6 +83,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 /// A folder for files that other processes are to read. It is removed when dropped, and when the
 /// process ends.
+#[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
     /// Holds the lock, and the name in the list of what is to be removed.
@@ -176,6 +177,7 @@ mod unix {
     /// whole. Not to be nested.
     ///
     /// Signals are not blocked, because children that are started meanwhile would inherit that.
+    #[derive(Debug)]
     pub struct Shield(());
 
     impl Shield {
@@ -229,6 +231,7 @@ mod unix {
 
     /// A name that is removed when the process ends by a signal, until dropped. The file itself is
     /// its owner's.
+    #[derive(Debug)]
     pub struct Named(usize);
 
     impl Named {
@@ -254,6 +257,7 @@ mod unix {
     }
 
     /// A child that is ended with the process, until dropped.
+    #[derive(Debug)]
     pub struct Child(Option<usize>);
 
     impl Child {
@@ -448,6 +452,7 @@ mod unix {
 
 /// What a signal may cut in two is done as it is: there are no signals here.
 #[cfg(not(unix))]
+#[derive(Debug)]
 pub struct Shield;
 
 #[cfg(not(unix))]
@@ -460,6 +465,7 @@ impl Shield {
 
 /// Nothing ends children here.
 #[cfg(not(unix))]
+#[derive(Debug)]
 pub struct Child;
 
 #[cfg(not(unix))]

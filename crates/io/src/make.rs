@@ -2,7 +2,7 @@
 //! same bytes everywhere.
 
 /// Deterministic random numbers: SplitMix64 (Steele, Lea and Flood, 2014), addressed by counter.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Random {
     /// Where the sequence begins.
     pub seed: u64,
@@ -25,7 +25,7 @@ impl Random {
 }
 
 /// Equal spheres at random places in the unit cube, which together have 7 % of its volume.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Cloud {
     random: Random,
     count: u32,
@@ -68,7 +68,7 @@ impl Cloud {
 
 /// A face-centred cubic lattice of spheres that touch: integer points with an even sum, in cubes of
 /// increasing order.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Lattice {
     /// Cells along each side; a cell has four spheres.
     side: u32,

@@ -49,17 +49,18 @@ mod linux {
                 |folder: &PathBuf| group(*version, |file| fs::read_to_string(folder.join(file)));
             folders.iter().filter_map(left).collect::<Vec<_>>()
         });
-        let process =
-            process(&read("/proc/self/status"), [libc::RLIMIT_AS, libc::RLIMIT_DATA].map(limit));
+        let process = process(&read("/proc/self/status"), limits(&read("/proc/self/limits")));
         machine.into_iter().chain(groups).chain(process).min()
     }
 
-    fn limit(resource: libc::__rlimit_resource_t) -> Option<u64> {
-        let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-        // SAFETY: the system fills in a structure of its own layout.
-        let known = unsafe { libc::getrlimit(resource, &raw mut limit) } == 0;
-        #[allow(clippy::unnecessary_cast, reason = "narrower on 32-bit systems")]
-        (known && limit.rlim_cur != libc::RLIM_INFINITY).then_some(limit.rlim_cur as u64)
+    /// The soft limits of all addresses (`RLIMIT_AS`), and of those that are written to
+    /// (`RLIMIT_DATA`), of `/proc/self/limits`; nothing for one that is not set.
+    pub fn limits(limits: &str) -> [Option<u64>; 2] {
+        ["Max address space", "Max data size"].map(|name| {
+            let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
+            // Soft limit, hard limit, unit; a number or `unlimited`.
+            line.split_whitespace().next()?.parse().ok()
+        })
     }
 
     /// The number in kB on a line that begins with a word.
@@ -73,7 +74,7 @@ mod linux {
         kilobytes(meminfo, "MemAvailable:")
     }
 
-    /// Of `/proc/self/status` and the limits of all addresses, and of those that are written to.
+    /// Of `/proc/self/status` and [`limits`].
     pub fn process(status: &str, [all, data]: [Option<u64>; 2]) -> Option<u64> {
         let left =
             |limit: Option<u64>, used: &str| Some(limit?.saturating_sub(kilobytes(status, used)?));
@@ -191,6 +192,12 @@ mod linux {
             assert_eq!(process(status, [kb(10_000), kb(1500)]), kb(500));
             assert_eq!(process(status, [kb(2000), None]), Some(0));
             assert_eq!(process("", [kb(2000), None]), None);
+            let text = "Limit           Soft Limit   Hard Limit   Units\n\
+                        Max data size   unlimited    9000         bytes\n\
+                        Max processes   77           77           processes\n\
+                        Max address space 4096000    unlimited    bytes\n";
+            assert_eq!(limits(text), [kb(4000), None]);
+            assert_eq!(limits(""), [None, None]);
         }
 
         #[test]

@@ -13,14 +13,23 @@ use bytes::Bytes;
 use rayon::prelude::*;
 
 use crate::{
-    load::mapped::{Mapped, OpenError, ReadError, SMALL, open_regular, read_at, read_whole},
-    npy::read::{self as npy, BEGINNING, Descr, Field, Header, Kind, Number, Refused},
+    load::{
+        mapped::{Mapped, OpenError, ReadError, SMALL, open_regular, read_at, read_whole},
+        refused::Refused,
+    },
+    npy::{
+        number::{Kind, Number, are_extended},
+        read::{self as npy, Descr, Field, Header},
+    },
 };
 use planisphere_core::{
     scene::{Column, Reals},
     text,
 };
 use planisphere_memory as memory;
+
+/// Bytes from which [`npy::extent`] knows where a header ends.
+const BEGINNING: usize = 12;
 
 /// What an array is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -532,7 +541,7 @@ impl Array {
     fn known_long_doubles(&self, cells: &Cells, key: Key) -> Result<(), Refused> {
         let mut long = cells.places().filter(|(_, _, _, number)| number.kind == Kind::LongDouble);
         let known = long.all(|(_, _, _, number)| !number.big)
-            && npy::are_extended(
+            && are_extended(
                 cells
                     .places()
                     .filter(|(_, _, _, number)| number.kind == Kind::LongDouble)

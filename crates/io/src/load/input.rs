@@ -6,9 +6,9 @@ use std::{
     path::Path,
 };
 
-use crate::{
-    load::mapped::{OpenError, open_at_once, special},
-    npy::read::Refused,
+use crate::load::{
+    mapped::{OpenError, open_at_once, special},
+    refused::Refused,
 };
 use planisphere_core::text;
 use planisphere_memory as memory;

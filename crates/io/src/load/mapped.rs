@@ -21,6 +21,7 @@
 //! other than Unix a mapped file cannot be cut short, and there is no handler.
 
 use std::{
+    fmt,
     fs::{self, File, Metadata},
     io::{self, ErrorKind},
     path::{Path, PathBuf},
@@ -37,15 +38,19 @@ pub(crate) const SMALL: u64 = 1 << 18;
 
 /// A file that is in use has changed: nothing that was drawn meanwhile is right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{}: the file changed while it was in use, so that no picture of it is right\n\
-     fix: draw again when it is finished; a file that is in use is best replaced by writing \
-     another one and renaming that over it",
-    planisphere_core::text::name(.path)
-)]
+#[error("{}: {}\nfix: {}", planisphere_core::text::name(.path), Self::PROBLEM, Self::FIX)]
 pub struct ChangedFile {
     /// The file.
     pub path: PathBuf,
+}
+
+impl ChangedFile {
+    /// What is wrong, to be read after the file's name.
+    pub(crate) const PROBLEM: &str =
+        "the file changed while it was in use, so that no picture of it is right";
+    /// What to do about it.
+    pub(crate) const FIX: &str = "draw again when it is finished; a file that is in use is best \
+                                  replaced by writing another one and renaming that over it";
 }
 
 /// Why a file was not opened.
@@ -255,6 +260,16 @@ pub(crate) struct Mapped {
     file: File,
     identity: Identity,
     path: PathBuf,
+}
+
+impl fmt::Debug for Mapped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (path, length) = (&self.path, self.map.len());
+        f.debug_struct("Mapped")
+            .field("path", path)
+            .field("length", &length)
+            .finish_non_exhaustive()
+    }
 }
 
 impl AsRef<[u8]> for Mapped {

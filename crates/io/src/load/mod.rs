@@ -6,6 +6,7 @@
 //! window are their callers.
 
 use std::{
+    fmt,
     panic::{self, AssertUnwindSafe},
     path::{Path, PathBuf},
     sync::Arc,
@@ -28,6 +29,7 @@ mod colors;
 mod document;
 mod input;
 pub(crate) mod mapped;
+mod refused;
 pub(crate) mod report;
 mod scene_file;
 
@@ -61,7 +63,7 @@ pub struct Loaded {
 }
 
 /// Files that are in use where they lie, and may be changed by others meanwhile.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Watch(pub(crate) Vec<Arc<mapped::Mapped>>);
 
 impl Watch {
@@ -92,6 +94,22 @@ impl Watch {
     }
 }
 
+impl fmt::Debug for Loaded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Loaded")
+            .field("spheres", &self.scene.len())
+            .field("fixed_camera", &self.fixed_camera)
+            .field("wanted", &self.wanted)
+            .field("image", &self.image)
+            .field("background", &self.background)
+            .field("files", &self.files)
+            .field("watch", &self.watch)
+            .field("copied", &self.copied)
+            .field("notes", &self.notes)
+            .finish()
+    }
+}
+
 impl Loaded {
     /// The camera for an image of some size: the file's; what that leaves out is chosen so that the
     /// whole scene is seen.
@@ -108,6 +126,11 @@ impl Loaded {
 /// The first thing in the file, or in its arrays, that has no picture.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     let from_stdin = path == Path::new("-");
+    let loaded = read(path, from_stdin);
+    if from_stdin { loaded } else { loaded.map_err(|error| error.in_file(path)) }
+}
+
+fn read(path: &Path, from_stdin: bool) -> Result<Loaded, LoadError> {
     let name = if from_stdin { "<stdin>".into() } else { text::name(path) };
     let bytes = input::read(path)
         .map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
@@ -157,4 +180,38 @@ pub fn from_text(name: &str, text: &str, folder: &Path) -> Result<Loaded, LoadEr
     // The mark that some editors write before UTF-8.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     scene_file::read(text, folder).map_err(|fault| fault.into_error(name, text))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn errors_say_where() {
+        let place = |error: &LoadError| (error.line(), error.column());
+        let text = "# a comment\n[[sphere]]\ncenter = [0, 0, 0]\nradius = -1\n";
+        let error = from_text("here", text, Path::new("")).err().expect("a radius below 0");
+        assert_eq!((error.path(), place(&error)), (None, (Some(4), Some(10))));
+        assert!(error.render(false).contains("here:4:10"), "{error}");
+
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("scene.toml");
+        let failed = |text: &str| {
+            fs::write(&scene, text).unwrap();
+            load(&scene).err().expect("no scene")
+        };
+        // An array that is not there, at the end of a line that is shown in part.
+        let blanks = " ".repeat(300);
+        let error =
+            failed(&format!("[[spheres]]\nradius = 1\ncenters ={blanks}\"nowhere.npy\" # \u{e9}"));
+        assert_eq!((error.path(), place(&error)), (Some(&*scene), (Some(3), Some(310))));
+        assert!(error.message().contains("nowhere.npy"), "{error}");
+        let error = failed("");
+        assert_eq!((error.path(), place(&error)), (Some(&*scene), (None, None)));
+        let nowhere = folder.path().join("nowhere.toml");
+        let error = load(&nowhere).err().expect("no file");
+        assert_eq!((error.path(), place(&error)), (Some(&*nowhere), (None, None)));
+    }
 }

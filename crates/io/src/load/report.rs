@@ -1,7 +1,11 @@
 //! What is wrong with an input, where, and what to do: one error type that prints itself with the
 //! line and a caret.
 
-use std::{fmt, io, ops::Range};
+use std::{
+    fmt, io,
+    ops::Range,
+    path::{Path, PathBuf},
+};
 
 use codespan_reporting::{
     diagnostic::{Diagnostic, Label, LabelStyle, Severity},
@@ -73,7 +77,7 @@ impl Fault {
             .with_message(text::within(&message, LONGEST))
             .with_labels(labels.collect())
             .with_notes(vec![format!("fix: {}", text::within(&fix, LONGEST))]);
-        LoadError(Box::new((excerpt, diagnostic)))
+        LoadError(Box::new(Report { excerpt, diagnostic, path: None }))
     }
 }
 
@@ -267,7 +271,14 @@ impl<'a> files::Files<'a> for Excerpt {
 /// Why a scene could not be loaded. Its `Display` is the whole report as plain text, several lines:
 /// the message, the file with line and column, the line (of a long one what is near) with a caret,
 /// and the fix. Control characters of the file and of names are shown as escapes.
-pub struct LoadError(Box<(Excerpt, Diagnostic<()>)>);
+pub struct LoadError(Box<Report>);
+
+struct Report {
+    excerpt: Excerpt,
+    diagnostic: Diagnostic<()>,
+    /// The file, if it is one.
+    path: Option<PathBuf>,
+}
 
 impl LoadError {
     /// An error of the whole file, which has no line to show.
@@ -279,20 +290,18 @@ impl LoadError {
                 text::within(&problem.to_string(), LONGEST)
             ))
             .with_notes(vec![format!("fix: {fix}")]);
-        Self(Box::new((Excerpt::new(name, "", &[]).0, diagnostic)))
+        Self(Box::new(Report { excerpt: Excerpt::new(name, "", &[]).0, diagnostic, path: None }))
     }
 
-    /// An error whose message names the file itself.
-    pub(crate) fn of_message(message: &str, fix: &str) -> Self {
-        let message = text::within(message, LONGEST);
-        let diagnostic =
-            Diagnostic::error().with_message(message).with_notes(vec![format!("fix: {fix}")]);
-        Self(Box::new((Excerpt::new("", "", &[]).0, diagnostic)))
+    /// The same error, in a file.
+    pub(crate) fn in_file(mut self, path: &Path) -> Self {
+        self.0.path = Some(path.into());
+        self
     }
 
     /// The report, with the colours of a terminal if asked for.
     pub fn render(&self, color: bool) -> String {
-        let (file, diagnostic) = &*self.0;
+        let Report { excerpt: file, diagnostic, .. } = &*self.0;
         let config = term::Config { chars: term::Chars::ascii(), ..term::Config::default() };
         let mut writer = Ansi { bytes: Vec::new(), color };
         match term::emit_to_write_style(&mut writer, &config, file, diagnostic) {
@@ -305,7 +314,32 @@ impl LoadError {
 
     /// The message alone, one line.
     pub fn message(&self) -> &str {
-        &self.0.1.message
+        &self.0.diagnostic.message
+    }
+
+    /// The file that was to be read: the scene file, whose line and column these are, also where
+    /// an array that it names is wrong; or the part. None where the text came from elsewhere.
+    pub fn path(&self) -> Option<&Path> {
+        self.0.path.as_deref()
+    }
+
+    /// The line of the scene file, from 1; none where the whole file is meant.
+    pub fn line(&self) -> Option<u32> {
+        self.place().map(|place| place[0])
+    }
+
+    /// The column, in characters from 1; none where the whole file is meant.
+    pub fn column(&self) -> Option<u32> {
+        self.place().map(|place| place[1])
+    }
+
+    /// Line and column, as the report has them.
+    fn place(&self) -> Option<[u32; 2]> {
+        let Report { excerpt, diagnostic, .. } = &*self.0;
+        let start = diagnostic.labels.first()?.range.start;
+        let place = files::Files::location(excerpt, (), start).ok()?;
+        let number = |n| u32::try_from(n).unwrap_or(u32::MAX);
+        Some([number(place.line_number), number(place.column_number)])
     }
 }
 

@@ -11,16 +11,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
-use crate::{
-    load::{
-        DEFAULT_COLOR, DEFAULT_IMAGE, Loaded, Watch,
-        array::{Array, Copied, Key, Taken},
-        batches::{self, Batches, Piece},
-        document::{Section, Value, color, integer, number, string, vector},
-        mapped::Mapped,
-        report::Fault,
-    },
-    npy::read::Refused,
+use crate::load::{
+    ChangedFile, DEFAULT_COLOR, DEFAULT_IMAGE, Loaded, Watch,
+    array::{Array, Copied, Key, Taken},
+    batches::{self, Batches, Piece},
+    document::{Section, Value, color, integer, number, string, vector},
+    mapped::Mapped,
+    refused::Refused,
+    report::Fault,
 };
 use planisphere_core::{
     axes::parallel,
@@ -411,9 +409,9 @@ impl Files {
     /// be believed.
     fn changed(&self) -> Option<Fault> {
         self.mapped.iter().find_map(|(file, span)| {
-            let words = file.changed()?.to_string();
-            let (message, fix) = words.split_once("\nfix: ").unwrap_or((&words, "draw again"));
-            Some(Fault::new(message, span.clone(), "this array", fix))
+            let ChangedFile { path } = file.changed()?;
+            let message = format!("{}: {}", text::name(path), ChangedFile::PROBLEM);
+            Some(Fault::new(message, span.clone(), "this array", ChangedFile::FIX))
         })
     }
 }

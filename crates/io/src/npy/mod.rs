@@ -1,5 +1,8 @@
 //! NumPy's array format (`.npy`), read and written.
 
+#[cfg(feature = "read")]
+pub(crate) mod number;
+#[cfg(any(feature = "parts", feature = "read"))]
 pub(crate) mod read;
 mod write;
 

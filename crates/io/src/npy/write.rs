@@ -9,7 +9,7 @@ compile_error!(
 );
 
 /// Numbers as the bytes that follow a header.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Plane<T>(pub Vec<T>);
 
 impl<T: bytemuck::Pod> AsRef<[u8]> for Plane<T> {

@@ -12,6 +12,7 @@ mod whole;
 
 use std::{
     ffi::OsStr,
+    fmt,
     io::{self, Write},
     path::{Path, PathBuf},
     sync::Arc,
@@ -215,6 +216,16 @@ pub struct Sink {
     closed: bool,
 }
 
+impl fmt::Debug for Sink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sink")
+            .field("target", &self.target)
+            .field("error", &self.error)
+            .field("closed", &self.closed)
+            .finish_non_exhaustive()
+    }
+}
+
 enum Way {
     Through(io::BufWriter<Stream>),
     Spool(Spool),
@@ -341,6 +352,15 @@ pub struct Staged {
     body: Body,
     /// Where a file's name led when its bytes began to come.
     path: PathBuf,
+}
+
+impl fmt::Debug for Staged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Staged")
+            .field("target", &self.target)
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
 }
 
 enum Body {

@@ -1,26 +1,14 @@
-//! Reads parts of pictures: NumPy archives as [`crate::part`] describes them, mapped,
-//! checked once from end to end.
+//! Reads parts of pictures from bytes: NumPy archives as [`crate::part`] describes them, checked
+//! once from end to end. This file knows of no file.
 
-use std::{
-    io,
-    ops::Range,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{io, ops::Range};
 
 use bytes::Bytes;
 use glam::DVec3;
 use rayon::prelude::*;
 use zip::{CompressionMethod, ZipArchive, result::ZipError};
 
-use crate::{
-    load::{
-        Watch,
-        mapped::{Mapped, OpenError, open_regular},
-        report::LoadError,
-    },
-    npy::read::{Descr, Header, header},
-};
+use crate::npy::read::{Descr, Header, header};
 use planisphere_core::{
     camera::{Camera, ImageSize, MAX_SIDE, Projection, Region, ScreenSize, View},
     part::{Meta, Part, Pixels, VERSION},
@@ -28,66 +16,64 @@ use planisphere_core::{
     text,
 };
 
-/// What to do about a file that is no part, or no longer one.
-const FIX: &str =
-    "write it with `planisphere render SCENE --visibility FILE.npz`, and copy it whole";
+/// Why bytes are no part that can be merged.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {problem}; {}", text::name(.name), .problem.fix())]
+pub struct PartError {
+    /// What the part is called.
+    pub name: String,
+    /// What is wrong.
+    pub problem: PartProblem,
+}
 
-/// What is wrong, and the fix.
-type Problem = (String, &'static str);
+/// What is wrong with a part. Its `Display` is to be read after the part's name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PartProblem {
+    /// It is no part, or not as it was written; in words.
+    #[error("{0}")]
+    Damaged(String),
+    /// It has another format, this one.
+    #[error("is a part of format {0}; this planisphere reads format {VERSION}", VERSION = VERSION)]
+    Version(i64),
+    /// This array of it is compressed, and so was saved by another program.
+    #[error("its array `{0}` is compressed")]
+    Compressed(String),
+}
 
-/// Reads a part. The file stays mapped: it must not be changed while the part is in use. [`parts`]
-/// lets one know.
+impl PartProblem {
+    /// What to do about it.
+    pub fn fix(&self) -> &'static str {
+        match self {
+            Self::Damaged(_) => "write the part again, and hand over all of its bytes",
+            Self::Version(_) => "merge with the version of planisphere that wrote it",
+            Self::Compressed(_) => {
+                "leave the archive as it was written, or save it with numpy.savez, not \
+                 savez_compressed"
+            }
+        }
+    }
+}
+
+/// Reads a part from its bytes, wherever they come from: a file, a socket, a bucket. `name` is for
+/// messages. Pixels are not copied: the part keeps the bytes, which must not change.
 ///
 /// # Errors
-/// When it cannot be read, is not a part, or not as it was written.
-pub fn part(path: &Path) -> Result<Part, LoadError> {
-    watched(path).map(|(part, _)| part)
+/// When the bytes are not a part, or not as they were written.
+pub fn read(name: &str, bytes: Bytes) -> Result<Part, PartError> {
+    checked(name, bytes).map_err(|problem| PartError { name: name.into(), problem })
 }
 
-/// Reads parts, and watches their files, which stay mapped: before a picture that was merged of
-/// them is used, [`Watch::changed`] is asked.
-///
-/// # Errors
-/// As [`part`].
-pub fn parts(paths: &[PathBuf]) -> Result<(Vec<Part>, Watch), LoadError> {
-    let read: Vec<_> =
-        paths.par_iter().map(|path| watched(path)).collect::<Result<_, LoadError>>()?;
-    let (parts, files) = read.into_iter().unzip();
-    Ok((parts, Watch(files)))
-}
-
-fn watched(path: &Path) -> Result<(Part, Arc<Mapped>), LoadError> {
-    let name = text::name(path);
-    let refused = |problem: String, fix: &str| LoadError::of_file(&name, problem, fix);
-    let unread =
-        |error: io::Error| refused(format!("cannot be read: {error}"), OpenError::fix(&error));
-    let (file, metadata) = open_regular(path).map_err(|error| match error {
-        OpenError::Missing => refused(error.to_string(), "correct the name of the part"),
-        OpenError::NotRegular(_) => refused(error.to_string(), FIX),
-        OpenError::Io(error) => unread(error),
-    })?;
-    if metadata.len() == 0 {
-        return Err(refused("is empty".into(), FIX));
+/// As [`read`].
+fn checked(name: &str, bytes: Bytes) -> Result<Part, PartProblem> {
+    if bytes.is_empty() {
+        return Err(PartProblem::Damaged("is empty".into()));
     }
-    let file = Mapped::new(path, file).map_err(unread)?;
-    let part = read(&name, file.bytes());
-    if let Some(changed) = file.changed() {
-        let words = changed.to_string();
-        let (problem, fix) = words.split_once("\nfix: ").unwrap_or((&words, FIX));
-        return Err(LoadError::of_message(problem, fix));
-    }
-    part.map(|part| (part, file)).map_err(|(problem, fix)| refused(problem, fix))
-}
-
-fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
     let whole: &[u8] = &bytes;
     let archive = ZipArchive::new(io::Cursor::new(whole)).map_err(|error| damaged(&error))?;
     let mut archive = Archive { archive, whole };
     let [version] = archive.integers("version", &[])?;
     if version != VERSION {
-        let problem =
-            format!("is a part of format {version}; this planisphere reads format {VERSION}");
-        return Err((problem, "merge with the version of planisphere that wrote it"));
+        return Err(PartProblem::Version(version));
     }
     let meta = meta(&mut archive)?;
     let Region { width, height, .. } = meta.region;
@@ -95,8 +81,8 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
     let pixels = archive.entry("pixels")?;
     let fields = |id| [("id", id), ("low", "<f8"), ("high", "<f8")];
     let wide = match &pixels.descr {
-        descr if descr.is_record(&fields("<i4")) => false,
-        descr if descr.is_record(&fields("<i8")) => true,
+        descr if is_record(descr, &fields("<i4")) => false,
+        descr if is_record(descr, &fields("<i8")) => true,
         _ => return Err(wrong("pixels")),
     };
     let length = Pixels::record(wide) * meta.region.pixels();
@@ -131,7 +117,8 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
         (inside && own.min_radius >= all.min_radius && own.max_radius <= all.max_radius)
             .then_some(())
     };
-    let scene = Scene::new(vec![spheres.clone()]).map_err(|error| (error.to_string(), FIX))?;
+    let scene = Scene::new(vec![spheres.clone()])
+        .map_err(|error| PartProblem::Damaged(error.to_string()))?;
     if count > 0 && within(scene).is_none() {
         return Err(wrong("extent"));
     }
@@ -139,7 +126,7 @@ fn read(name: &str, bytes: Bytes) -> Result<Part, Problem> {
 }
 
 /// Everything but pixels and spheres.
-fn meta(archive: &mut Archive) -> Result<Meta, Problem> {
+fn meta(archive: &mut Archive) -> Result<Meta, PartProblem> {
     let image: [i64; 2] = archive.integers("image", &[2])?;
     let [width, height] =
         image.map(|side| u32::try_from(side).ok().filter(|side| (1..=MAX_SIDE).contains(side)));
@@ -169,7 +156,8 @@ fn meta(archive: &mut Archive) -> Result<Meta, Problem> {
     };
     let [near, far] = archive.reals("clip", &[2])?;
     let camera = Camera { projection, origin, view, up, size, near, far };
-    camera.check().map_err(|error| (format!("its camera is none: {error}"), FIX))?;
+    let none = |error| PartProblem::Damaged(format!("its camera is none: {error}"));
+    camera.check().map_err(none)?;
     let background = archive.array("background", "|u1", &[3], |[byte]: [u8; 1]| byte)?;
 
     let ranges = archive.entry("ranges")?;
@@ -199,12 +187,25 @@ fn meta(archive: &mut Archive) -> Result<Meta, Problem> {
     Ok(Meta { view: View::new(camera, image), region, background, ranges, bounds })
 }
 
-fn wrong(array: &str) -> Problem {
-    (format!("is no part of a picture: its array `{array}` is not as it should be"), FIX)
+fn wrong(array: &str) -> PartProblem {
+    PartProblem::Damaged(format!(
+        "is no part of a picture: its array `{array}` is not as it should be"
+    ))
 }
 
-fn damaged(error: &dyn std::fmt::Display) -> Problem {
-    (format!("is no part of a picture, or damaged: {error}"), FIX)
+fn damaged(error: &dyn std::fmt::Display) -> PartProblem {
+    PartProblem::Damaged(format!("is no part of a picture, or damaged: {error}"))
+}
+
+/// Whether a type is a record of exactly these fields, each with a name and a type.
+fn is_record(descr: &Descr, wanted: &[(&str, &str)]) -> bool {
+    let Descr::Record(fields) = descr else { return false };
+    fields.len() == wanted.len()
+        && fields.iter().zip(wanted).all(|(field, (name, code))| {
+            field.name == *name
+                && field.shape.is_empty()
+                && field.descr == Descr::One((*code).into())
+        })
 }
 
 /// An archive in memory.
@@ -222,14 +223,11 @@ struct Entry {
 
 impl Archive<'_> {
     /// Finds an array, and reads it once to see that it is as it was written.
-    fn entry(&mut self, name: &str) -> Result<Entry, Problem> {
-        let missing = || (format!("is no part of a picture: it has no array `{name}`"), FIX);
+    fn entry(&mut self, name: &str) -> Result<Entry, PartProblem> {
+        let missing =
+            || PartProblem::Damaged(format!("is no part of a picture: it has no array `{name}`"));
         let index = self.archive.index_for_name(&format!("{name}.npy")).ok_or_else(missing)?;
-        let compressed = || {
-            let fix = "leave the archive as it was written, or save it with numpy.savez, not \
-                       savez_compressed";
-            (format!("its array `{name}` is compressed"), fix)
-        };
+        let compressed = || PartProblem::Compressed(name.into());
         let mut file = self.archive.by_index(index).map_err(|error| match error {
             ZipError::UnsupportedArchive(_) => compressed(),
             error => damaged(&error),
@@ -245,7 +243,7 @@ impl Archive<'_> {
         let place =
             place.filter(|place| place.end <= self.whole.len()).ok_or_else(|| wrong(name))?;
         let (Header { descr, fortran, shape }, offset) =
-            header(&self.whole[place.clone()]).map_err(|refused| damaged(&refused.words))?;
+            header(&self.whole[place.clone()]).map_err(|error| damaged(&error))?;
         if fortran {
             return Err(wrong(name));
         }
@@ -260,7 +258,7 @@ impl Archive<'_> {
         descr: &str,
         shape: &[usize],
         read: fn([u8; N]) -> T,
-    ) -> Result<Vec<T>, Problem> {
+    ) -> Result<Vec<T>, PartProblem> {
         let count = shape.iter().try_fold(1usize, |count, &n| count.checked_mul(n));
         let length = count.and_then(|count| count.checked_mul(N));
         if entry.descr != Descr::One(descr.into())
@@ -283,7 +281,7 @@ impl Archive<'_> {
         descr: &str,
         shape: &[usize],
         read: fn([u8; N]) -> T,
-    ) -> Result<Vec<T>, Problem> {
+    ) -> Result<Vec<T>, PartProblem> {
         let entry = self.entry(name)?;
         self.numbers(&entry, name, descr, shape, read)
     }
@@ -292,11 +290,62 @@ impl Archive<'_> {
         &mut self,
         name: &str,
         shape: &[usize],
-    ) -> Result<[i64; N], Problem> {
+    ) -> Result<[i64; N], PartProblem> {
         self.array(name, "<i8", shape, i64::from_le_bytes)?.try_into().map_err(|_| wrong(name))
     }
 
-    fn reals<const N: usize>(&mut self, name: &str, shape: &[usize]) -> Result<[f64; N], Problem> {
+    fn reals<const N: usize>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+    ) -> Result<[f64; N], PartProblem> {
         self.array(name, "<f8", shape, f64::from_le_bytes)?.try_into().map_err(|_| wrong(name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::part::PartWriter;
+    use planisphere_core::{part::Pixel, scene::Sphere};
+
+    #[test]
+    fn a_part_comes_back_from_bytes() {
+        let ball = Sphere { center: DVec3::new(5.0, 0.0, 0.5), radius: 2.0, color: [1, 2, 3] };
+        let image = ImageSize { width: 4, height: 3 };
+        let meta = Meta {
+            view: View::new(Camera::orthographic(DVec3::ZERO, DVec3::X), image),
+            region: Region { x: 1, y: 1, width: 2, height: 2 },
+            background: [9, 8, 7],
+            ranges: vec![Range { start: 40, end: 41 }],
+            bounds: Some(Scene::from_spheres(&[ball]).unwrap().bounds()),
+        };
+        let near = Pixel { id: 40, bounds: [3.0, 3.0] };
+        let none = Pixel { id: -1, bounds: [f64::INFINITY; 2] };
+        let mut bytes = Vec::new();
+        let mut writer = PartWriter::new(&mut bytes, &meta).unwrap();
+        writer.pixels([near, none, near, none].into_iter()).unwrap();
+        writer.finish([(40, ball)].into_iter()).unwrap();
+
+        let part = read("left", Bytes::from(bytes.clone())).unwrap();
+        assert_eq!((part.name.as_str(), &part.meta, &part.indices[..]), ("left", &meta, &[40][..]));
+        let records = part.pixels.bytes.chunks_exact(Pixels::record(false));
+        let ids: Vec<&[u8]> = records.map(|record| &record[..4]).collect();
+        assert_eq!(ids, [40i32, -1, 40, -1].map(i32::to_le_bytes));
+
+        let refused = |bytes: Vec<u8>| read("left", bytes.into()).err().expect("no part");
+        let empty = refused(Vec::new());
+        assert_eq!(empty.problem, PartProblem::Damaged("is empty".into()));
+        assert_eq!(
+            empty.to_string(),
+            "left: is empty; write the part again, and hand over all of its bytes"
+        );
+        assert!(matches!(refused(b"words".to_vec()).problem, PartProblem::Damaged(_)));
+        // A byte of a pixel.
+        let mut other = bytes.clone();
+        other[200] ^= 1;
+        assert!(matches!(refused(other).problem, PartProblem::Damaged(_)));
+        bytes.truncate(bytes.len() - 30);
+        assert!(matches!(refused(bytes).problem, PartProblem::Damaged(_)));
     }
 }

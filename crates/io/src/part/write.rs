@@ -23,7 +23,10 @@
 //! are seen; `extent` is of the centres and radii of all spheres that were drawn. `image` is of
 //! the whole picture, `region` of the part.
 
-use std::io::{self, Write};
+use std::{
+    fmt,
+    io::{self, Write},
+};
 
 use zip::{
     CompressionMethod, ZipWriter,
@@ -43,6 +46,13 @@ pub struct PartWriter<'a, W: Write> {
     meta: &'a Meta,
     wide: bool,
     left: usize,
+}
+
+impl<W: Write> fmt::Debug for PartWriter<'_, W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { meta, left, .. } = self;
+        f.debug_struct("PartWriter").field("meta", meta).field("left", left).finish_non_exhaustive()
+    }
 }
 
 impl<'a, W: Write> PartWriter<'a, W> {

@@ -9,7 +9,11 @@
 
 mod deflate;
 
-use std::io::{self, Write};
+use std::{
+    fmt,
+    io::{self, Write},
+    ops::Range,
+};
 
 use png::{
     BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, Writer, chunk::IDAT,
@@ -17,7 +21,10 @@ use png::{
 use rayon::prelude::*;
 
 use self::deflate::{Adler, Band, Run};
-use planisphere_core::{camera::Region, depth::PlaneError};
+use planisphere_core::{
+    camera::{MAX_SIDE, Region},
+    depth::PlaneError,
+};
 use planisphere_image::Paint;
 
 /// Pixels of a band of rows. The bytes of files depend on it, and on nothing else here.
@@ -54,26 +61,34 @@ pub fn write_png(
     paint: &Paint,
 ) -> io::Result<()> {
     checked(paint, region, ids)?;
-    let mut rows = PngRows::new(out, region, *paint)?;
+    let mut rows = PngRows::new(out, region, *paint)?.0;
     rows.take(ids)?;
     rows.finish()
 }
 
-/// A picture that comes in rows, some at a time, as RGB: the same file as [`write_png`]'s.
-pub struct PngRows<'a, W: Write> {
-    writer: Writer<W>,
-    paint: Paint<'a>,
-    width: usize,
-    /// Rows that are still to come.
-    missing: usize,
-    /// The last row that was compressed; empty before the first.
-    above: Vec<i32>,
-    /// Rows after it that make no band yet.
-    held: Vec<i32>,
-    /// What is to be written.
-    bytes: Vec<u8>,
-    adler: Adler,
+/// Writes a picture of colours, as RGB: sRGB, row by row, of at most [`MAX_SIDE`] pixels a side.
+/// The file has the same bytes as [`write_png`]'s of ids that have these colours.
+///
+/// # Errors
+/// The writer's; of the kind `InvalidInput` when a side is 0 or too long, or there are not
+/// `width * height` pixels.
+pub fn write_rgb(
+    out: &mut dyn Write,
+    [width, height]: [u32; 2],
+    pixels: &[[u8; 3]],
+) -> io::Result<()> {
+    let sides = [width, height].iter().all(|side| (1..=MAX_SIDE).contains(side));
+    if !sides || pixels.len() as u64 != u64::from(width) * u64::from(height) {
+        let words = format!("{} pixels are no picture of {width} x {height}", pixels.len());
+        return Err(invalid(words));
+    }
+    let mut rows = Rows::new(out, [width, height], Rgb)?;
+    rows.take(pixels)?;
+    rows.finish()
 }
+
+/// A picture that comes in rows, some at a time, as RGB: the same file as [`write_png`]'s.
+pub struct PngRows<'a, W: Write>(Rows<W, Paint<'a>>);
 
 impl<'a, W: Write> PngRows<'a, W> {
     /// Begins the picture of a region.
@@ -81,19 +96,7 @@ impl<'a, W: Write> PngRows<'a, W> {
     /// # Errors
     /// The writer's.
     pub fn new(out: W, region: Region, paint: Paint<'a>) -> io::Result<Self> {
-        let mut encoder = Encoder::new(out, region.width, region.height);
-        encoder.set_color(ColorType::Rgb);
-        encoder.set_depth(BitDepth::Eight);
-        Ok(Self {
-            writer: encoder.write_header().map_err(into_io)?,
-            paint,
-            width: region.width as usize,
-            missing: region.height as usize,
-            above: Vec::new(),
-            held: Vec::new(),
-            bytes: deflate::HEADER.into(),
-            adler: Adler::new(),
-        })
+        Rows::new(out, [region.width, region.height], paint).map(Self)
     }
 
     /// Takes the ids of the next rows.
@@ -102,25 +105,113 @@ impl<'a, W: Write> PngRows<'a, W> {
     /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres,
     /// a row is not whole, or there are more rows than the region has.
     pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
-        self.paint.check(ids).map_err(invalid)?;
-        self.take(ids)
+        self.0.source.check(ids).map_err(invalid)?;
+        self.0.take(ids)
     }
 
-    /// As [`PngRows::push`]; the ids are known to be the scene's.
-    fn take(&mut self, mut ids: &[i32]) -> io::Result<()> {
-        let (rows, width) = (ids.len() / self.width, self.width);
-        if !ids.len().is_multiple_of(width) {
-            return Err(invalid(format!("{} ids are no whole rows of {width} pixels", ids.len())));
+    /// Ends the file, after all of its rows.
+    ///
+    /// # Errors
+    /// The writer's; of the kind `InvalidInput` when rows are missing.
+    pub fn finish(self) -> io::Result<()> {
+        self.0.finish()
+    }
+}
+
+impl<W: Write> fmt::Debug for PngRows<'_, W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Rows { width, missing, .. } = self.0;
+        f.debug_struct("PngRows")
+            .field("width", &width)
+            .field("missing", &missing)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What pixels are given as.
+trait Source: Copy + Sync {
+    /// One of them.
+    type Pixel: Copy + Sync;
+
+    /// Places and colours of pixels side by side that are alike; neighbours may have one colour.
+    fn runs(&self, row: &[Self::Pixel]) -> impl Iterator<Item = (Range<usize>, [u8; 3])>;
+}
+
+/// Ids, which are known to be the scene's.
+impl Source for Paint<'_> {
+    type Pixel = i32;
+
+    fn runs(&self, row: &[i32]) -> impl Iterator<Item = (Range<usize>, [u8; 3])> {
+        Paint::runs(self, row)
+    }
+}
+
+/// Colours.
+#[derive(Clone, Copy)]
+struct Rgb;
+
+impl Source for Rgb {
+    type Pixel = [u8; 3];
+
+    fn runs(&self, row: &[[u8; 3]]) -> impl Iterator<Item = (Range<usize>, [u8; 3])> {
+        let mut start = 0;
+        row.chunk_by(|a, b| a == b).map(move |alike| {
+            let run = start..start + alike.len();
+            start = run.end;
+            (run, alike[0])
+        })
+    }
+}
+
+/// A picture as RGB, whose pixels come in rows.
+struct Rows<W: Write, S: Source> {
+    writer: Writer<W>,
+    source: S,
+    width: usize,
+    /// Rows that are still to come.
+    missing: usize,
+    /// The last row that was compressed; empty before the first.
+    above: Vec<S::Pixel>,
+    /// Rows after it that make no band yet.
+    held: Vec<S::Pixel>,
+    /// What is to be written.
+    bytes: Vec<u8>,
+    adler: Adler,
+}
+
+impl<W: Write, S: Source> Rows<W, S> {
+    fn new(out: W, [width, height]: [u32; 2], source: S) -> io::Result<Self> {
+        let mut encoder = Encoder::new(out, width, height);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(BitDepth::Eight);
+        Ok(Self {
+            writer: encoder.write_header().map_err(into_io)?,
+            source,
+            width: width as usize,
+            missing: height as usize,
+            above: Vec::new(),
+            held: Vec::new(),
+            bytes: deflate::HEADER.into(),
+            adler: Adler::new(),
+        })
+    }
+
+    /// Takes the next rows.
+    fn take(&mut self, mut pixels: &[S::Pixel]) -> io::Result<()> {
+        let (count, width) = (pixels.len(), self.width);
+        if !count.is_multiple_of(width) {
+            return Err(invalid(format!("{count} ids are no whole rows of {width} pixels")));
         }
+        let rows = count / width;
         let Some(missing) = self.missing.checked_sub(rows) else {
             return Err(invalid(format!("{rows} rows come where {} are missing", self.missing)));
         };
         self.missing = missing;
         let band = (BAND / self.width).max(1) * self.width;
         if !self.held.is_empty() {
-            let (now, later) = ids.split_at(ids.len().min(band - self.held.len()));
+            let (now, later) = pixels.split_at(count.min(band - self.held.len()));
             self.held.extend_from_slice(now);
-            ids = later;
+            pixels = later;
             if self.held.len() < band && self.missing > 0 {
                 return Ok(());
             }
@@ -128,21 +219,21 @@ impl<'a, W: Write> PngRows<'a, W> {
             self.compress(&held, band)?;
         }
         // Only the last band of a picture may be shorter.
-        let whole = if self.missing == 0 { ids.len() } else { ids.len() / band * band };
-        self.compress(&ids[..whole], band)?;
-        self.held.extend_from_slice(&ids[whole..]);
+        let whole = if self.missing == 0 { pixels.len() } else { pixels.len() / band * band };
+        self.compress(&pixels[..whole], band)?;
+        self.held.extend_from_slice(&pixels[whole..]);
         Ok(())
     }
 
     /// Compresses bands of so many pixels, side by side, and writes them.
-    fn compress(&mut self, ids: &[i32], band: usize) -> io::Result<()> {
-        let (width, paint) = (self.width, self.paint);
-        for ids in ids.chunks(BANDS * band) {
+    fn compress(&mut self, pixels: &[S::Pixel], band: usize) -> io::Result<()> {
+        let (width, source) = (self.width, self.source);
+        for pixels in pixels.chunks(BANDS * band) {
             let above = &self.above;
-            let bands = ids.par_chunks(band).enumerate().map(|(k, rows)| {
+            let bands = pixels.par_chunks(band).enumerate().map(|(k, rows)| {
                 let before =
-                    if k == 0 { above.as_slice() } else { &ids[k * band - width..k * band] };
-                compress(&paint, before, rows, width)
+                    if k == 0 { above.as_slice() } else { &pixels[k * band - width..k * band] };
+                compress(&source, before, rows, width)
             });
             for (bytes, adler) in bands.collect::<Vec<_>>() {
                 self.adler = self.adler.then(adler);
@@ -152,7 +243,7 @@ impl<'a, W: Write> PngRows<'a, W> {
                 }
             }
             self.above.clear();
-            self.above.extend_from_slice(&ids[ids.len() - width..]);
+            self.above.extend_from_slice(&pixels[pixels.len() - width..]);
         }
         Ok(())
     }
@@ -165,10 +256,7 @@ impl<'a, W: Write> PngRows<'a, W> {
     }
 
     /// Ends the file, after all of its rows.
-    ///
-    /// # Errors
-    /// The writer's; of the kind `InvalidInput` when rows are missing.
-    pub fn finish(mut self) -> io::Result<()> {
+    fn finish(mut self) -> io::Result<()> {
         if self.missing > 0 {
             return Err(invalid(format!("{} rows are missing", self.missing)));
         }
@@ -245,19 +333,24 @@ fn into_io(error: EncodingError) -> io::Error {
 }
 
 /// Some rows as one band, below another row or none.
-fn compress(paint: &Paint, above: &[i32], rows: &[i32], width: usize) -> (Vec<u8>, Adler) {
-    let mut band = Band::new(width, colored(paint, above, Vec::new()));
+fn compress<S: Source>(
+    source: &S,
+    above: &[S::Pixel],
+    rows: &[S::Pixel],
+    width: usize,
+) -> (Vec<u8>, Adler) {
+    let mut band = Band::new(width, colored(source, above, Vec::new()));
     let mut runs = Vec::new();
     for row in rows.chunks_exact(width) {
-        runs = band.row(colored(paint, row, runs));
+        runs = band.row(colored(source, row, runs));
     }
     band.finish()
 }
 
 /// The runs of one colour, in memory that is there.
-fn colored(paint: &Paint, row: &[i32], mut colored: Vec<Run>) -> Vec<Run> {
+fn colored<S: Source>(source: &S, row: &[S::Pixel], mut colored: Vec<Run>) -> Vec<Run> {
     colored.clear();
-    for (run, [red, green, blue]) in paint.runs(row) {
+    for (run, [red, green, blue]) in source.runs(row) {
         let (end, color) = (run.end as u32, u32::from_be_bytes([0, red, green, blue]));
         match colored.last_mut() {
             Some(last) if last.color == color => last.end = end,
@@ -500,6 +593,37 @@ mod tests {
             let mut bytes = Vec::new();
             pool.install(|| write_png(&mut bytes, region, &ids, &paint)).unwrap();
             assert!(bytes == whole, "{threads} threads");
+        }
+    }
+
+    #[test]
+    fn colours_give_the_file_of_their_ids() {
+        // Colours come twice, and the background's is a sphere's, too.
+        let mut spheres: Vec<_> = [7, 7, 9]
+            .map(|red| Sphere { center: DVec3::ZERO, radius: 1.0, color: [red; 3] })
+            .into();
+        spheres.extend_from_within(..);
+        let scene = Scene::from_spheres(&spheres).unwrap();
+        let paint = Paint { scene: &scene, background: [9; 3] };
+        for (width, height) in [(1, 1), (3, 400), (311, 1000), (32_768, 5)] {
+            let region = Region { x: 0, y: 0, width, height };
+            let random = crate::make::Random { seed: u64::from(width) };
+            let ids: Vec<i32> = (0..region.pixels() as u64)
+                .map(|k| (random.bits(k / 4 * (k % 3)) % 7) as i32 - 1)
+                .collect();
+            let (mut of_ids, mut of_colors) = (Vec::new(), Vec::new());
+            write_png(&mut of_ids, region, &ids, &paint).unwrap();
+            let colors = paint.colors(&ids).unwrap();
+            write_rgb(&mut of_colors, [width, height], &colors).unwrap();
+            assert!(of_ids == of_colors, "{width} x {height}");
+        }
+        let too_long = MAX_SIDE + 1;
+        for (size, pixels) in
+            [([2, 3], 5), ([2, 3], 7), ([0, 5], 0), ([5, 0], 0), ([too_long, 1], too_long)]
+        {
+            let pixels = vec![[0; 3]; pixels as usize];
+            let error = write_rgb(&mut Vec::new(), size, &pixels).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{size:?}: {error}");
         }
     }
 
