@@ -44,11 +44,11 @@ pub struct Found {
     pub remarks: Vec<String>,
 }
 
-/// What an adapter can do for us.
+/// What an adapter, or a device of it, can do for us.
 #[derive(Clone, Debug)]
-pub(super) struct Suitability {
+struct Suitability {
     /// Which kernel.
-    pub lanes: Lanes,
+    lanes: Lanes,
     lacks: Vec<String>,
     remarks: Vec<String>,
 }
@@ -139,16 +139,21 @@ fn is_hardware(info: &AdapterInfo) -> bool {
 }
 
 fn assess(adapter: &Adapter) -> Suitability {
-    let (info, limits) = (adapter.get_info(), adapter.limits());
-    let mut lacks = Vec::new();
+    let mut suitability = suitability(&adapter.get_info(), &adapter.limits(), adapter.features());
     if !adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
-        lacks.push("compute shaders".into());
+        suitability.lacks.insert(0, "compute shaders".into());
     }
+    suitability
+}
+
+/// What can be done within some limits and with some features.
+fn suitability(info: &AdapterInfo, limits: &wgpu::Limits, features: Features) -> Suitability {
+    let mut lacks = Vec::new();
     let buffers = limits.max_storage_buffers_per_shader_stage;
     if buffers < STORAGE_BUFFERS {
         lacks.push(format!("{STORAGE_BUFFERS} storage buffers in a shader (it has {buffers})"));
     }
-    let binding = limits.max_storage_buffer_binding_size;
+    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     if binding < BINDING {
         lacks.push(format!("storage bindings of {} MiB (it has {})", BINDING >> 20, binding >> 20));
     }
@@ -159,13 +164,61 @@ fn assess(adapter: &Adapter) -> Suitability {
     }
     let mut remarks = Vec::new();
     let eight = (info.subgroup_min_size, info.subgroup_max_size) == (SUBGROUP, SUBGROUP);
-    let lanes = if eight && adapter.features().contains(Features::SUBGROUP) {
+    let lanes = if eight && features.contains(Features::SUBGROUP) {
         Lanes::Eight
     } else {
         remarks.push(format!("no subgroups of exactly {SUBGROUP}: the portable kernel is used"));
         Lanes::Alone
     };
     Suitability { lanes, lacks, remarks }
+}
+
+/// What to ask an adapter for, so that its device can be used.
+///
+/// # Errors
+/// When the adapter lacks something; says what.
+pub fn descriptor(adapter: &Adapter) -> Result<wgpu::DeviceDescriptor<'static>, String> {
+    let (info, offered, Suitability { lanes, lacks, .. }) =
+        (adapter.get_info(), adapter.limits(), assess(adapter));
+    if !lacks.is_empty() {
+        return Err(format!("{} lacks {}", name(&info), lacks.join(", ")));
+    }
+    let binding =
+        offered.max_storage_buffer_binding_size.min(i32::MAX as u64).min(offered.max_buffer_size);
+    let limits = wgpu::Limits {
+        max_storage_buffer_binding_size: binding,
+        max_buffer_size: offered.max_buffer_size,
+        max_storage_buffers_per_shader_stage: offered.max_storage_buffers_per_shader_stage.min(8),
+        max_compute_workgroups_per_dimension: offered.max_compute_workgroups_per_dimension,
+        ..wgpu::Limits::downlevel_defaults()
+    };
+    let mut features = match lanes {
+        Lanes::Eight => Features::SUBGROUP,
+        Lanes::Alone => Features::empty(),
+    };
+    if info.device_type == DeviceType::Cpu {
+        features |= adapter.features() & Features::MAPPABLE_PRIMARY_BUFFERS;
+    }
+    Ok(wgpu::DeviceDescriptor {
+        label: Some("planisphere"),
+        required_features: features,
+        required_limits: limits,
+        ..Default::default()
+    })
+}
+
+/// Which kernel a device can run.
+///
+/// # Errors
+/// When the device was created with too little; says with what.
+pub(super) fn lanes_of(device: &wgpu::Device) -> Result<Lanes, String> {
+    let info = device.adapter_info();
+    let Suitability { lanes, lacks, .. } = suitability(&info, &device.limits(), device.features());
+    if lacks.is_empty() {
+        Ok(lanes)
+    } else {
+        Err(format!("the device of {} was created without {}", name(&info), lacks.join(", ")))
+    }
 }
 
 /// Every adapter of this machine.
@@ -239,7 +292,7 @@ fn take<T>(
 /// Opens an adapter for a choice.
 pub(super) fn open<T>(
     choice: &AdapterChoice,
-    mut open: impl FnMut(&Adapter, &Suitability) -> Result<T, String>,
+    mut open: impl FnMut(&Adapter) -> Result<T, String>,
 ) -> (Option<T>, Vec<PassedOver>) {
     let adapters: Vec<_> = list().into_iter().map(|adapter| (assess(&adapter), adapter)).collect();
     let candidate = |(suitability, adapter): &(Suitability, Adapter)| {
@@ -251,7 +304,7 @@ pub(super) fn open<T>(
         }
     };
     let candidates: Vec<_> = adapters.iter().map(candidate).collect();
-    take(choice, &candidates, |k| open(&adapters[k].1, &adapters[k].0))
+    take(choice, &candidates, |k| open(&adapters[k].1))
 }
 
 /// The hardware that did not open although it was meant, with the reasons.

@@ -111,6 +111,9 @@ impl LeftOver<'_> {
             .flat_map(|tile| among.wave.tile(tile).iter().take(SOON))
             .for_each(|&place| among.spheres.prefetch(place));
         for (tiles, ids) in rows {
+            if among.control.is_cancelled() {
+                break;
+            }
             for &(tile, pixels) in *tiles {
                 open.begin(tile, columns, pixels);
                 tally += open.look(among, &mut desk);

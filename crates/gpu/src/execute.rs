@@ -1,49 +1,58 @@
 //! Passes of a plan, run: tables and entries to the device, dispatches, ids back.
 
 use std::{
-    collections::HashMap,
     mem::MaybeUninit,
-    sync::{Mutex, PoisonError},
-    time::Duration,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use super::{
-    Chunk,
+    kept::Chunk,
     lists::{Spheres, Wave},
     memory::Growing,
+    shared::{Failure, Shared},
 };
 use crate::plan::{self, Band, Eye, FRESH, LAST, Pass, Segment, TILE, TILE_PIXELS};
 use planisphere_core::{
     camera::Region,
-    drawing::DrawError,
+    drawing::{Control, DrawError},
     ids::{NONE, Slot, SortedIndex, TileIndex, UNDECIDED},
     pool, simd,
 };
 use planisphere_shaders::{FANS, Lanes, PLANES, STATES, TILES_ALONE, TILES_TOGETHER, Variant};
 
-/// A device that does not answer for as long is lost.
-const PATIENCE: Duration = Duration::from_secs(600);
-
 const SIDE: usize = TILE as usize;
 
-struct Pipeline {
-    pipeline: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
+/// What is drawn, from what, and what ends it.
+#[derive(Clone, Copy)]
+pub struct Work<'a> {
+    /// The view.
+    pub eye: &'a Eye,
+    /// The tiles.
+    pub band: &'a Band,
+    /// The spheres.
+    pub chunk: &'a Chunk,
+    /// Is looked at between dispatches.
+    pub control: &'a Control,
 }
 
-/// Device, pipelines made so far, and buffers of the frame.
+/// Buffers of the frame, and how kernels are run: what a workspace has for itself.
 pub struct Executor {
-    pub device: wgpu::Device,
-    pub queue: wgpu::Queue,
+    shared: Arc<Shared>,
     /// How kernels fetch lists.
     pub lanes: Lanes,
     /// Off only in benchmarks.
     pub certain: bool,
     /// Workgroups in one dimension.
     pub workgroups: u32,
-    /// Dispatches since the device was opened.
-    pub dispatches: u64,
-    pipelines: HashMap<Variant, Pipeline>,
+    /// What was submitted last.
+    last: Option<wgpu::SubmissionIndex>,
+    buffers: Buffers,
+}
+
+struct Buffers {
     frame: Growing,
     entries: Growing,
     tiles: Growing,
@@ -55,19 +64,15 @@ pub struct Executor {
     staging: Option<Growing>,
 }
 
-impl Executor {
-    /// Nothing is allocated or compiled yet.
-    pub fn new(device: wgpu::Device, queue: wgpu::Queue, lanes: Lanes) -> Self {
+impl Buffers {
+    /// Nothing is allocated yet.
+    fn new(shared: &Shared) -> Self {
         use wgpu::BufferUsages as U;
         let storage = U::STORAGE | U::COPY_DST;
         // A device that is software has but one memory.
-        let in_place = device.features().contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS);
+        let in_place = shared.info.device_type == wgpu::DeviceType::Cpu
+            && shared.device.features().contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS);
         Self {
-            lanes,
-            certain: true,
-            workgroups: device.limits().max_compute_workgroups_per_dimension,
-            dispatches: 0,
-            pipelines: HashMap::new(),
             frame: Growing::new("frame", U::UNIFORM | U::COPY_DST),
             entries: Growing::new("entries", storage),
             tiles: Growing::new("tiles", storage),
@@ -76,9 +81,42 @@ impl Executor {
             ids: Growing::new("ids", U::STORAGE | if in_place { U::MAP_READ } else { U::COPY_SRC }),
             states: Growing::new("states", U::STORAGE),
             staging: (!in_place).then(|| Growing::new("staging", U::MAP_READ | U::COPY_DST)),
-            device,
-            queue,
         }
+    }
+}
+
+/// A mapped buffer, which the device may not use. It is unmapped at the end of its view, whatever
+/// ends that.
+struct Mapped<'a>(&'a wgpu::Buffer);
+
+impl Drop for Mapped<'_> {
+    fn drop(&mut self) {
+        self.0.unmap();
+    }
+}
+
+impl Executor {
+    /// Nothing is allocated yet.
+    pub fn new(shared: &Arc<Shared>) -> Self {
+        Self {
+            lanes: shared.lanes,
+            certain: true,
+            workgroups: shared.device.limits().max_compute_workgroups_per_dimension,
+            last: None,
+            buffers: Buffers::new(shared),
+            shared: Arc::clone(shared),
+        }
+    }
+
+    /// Another one that runs kernels in the same way.
+    pub fn beside(&self) -> Self {
+        let Self { lanes, certain, workgroups, .. } = *self;
+        Self { lanes, certain, workgroups, ..Self::new(&self.shared) }
+    }
+
+    /// Forgets all buffers, of which some may be invalid: what could not be had stays so.
+    pub fn forget(&mut self) {
+        self.buffers = Buffers::new(&self.shared);
     }
 
     /// Runs passes. With `slots`, each tile has a single segment in the whole band: it is appended
@@ -86,13 +124,12 @@ impl Executor {
     /// pass finds into the state of the tile, and [`Executor::finish`] makes ids of the states.
     pub fn run(
         &mut self,
-        eye: &Eye,
-        band: &Band,
-        chunk: &Chunk,
+        work: Work,
         wave: &Wave,
         passes: &[Pass],
         mut slots: Option<&mut Vec<TileIndex>>,
-    ) -> Result<(), DrawError> {
+    ) -> Result<(), Failure> {
+        let Work { eye, band, control, .. } = work;
         let pixels = match &slots {
             Some(_) => passes.iter().map(|pass| pass.segments.len()).sum::<usize>() * TILE_PIXELS,
             None => band.tiles() * TILE_PIXELS,
@@ -103,8 +140,10 @@ impl Executor {
         let disorder = eye.steps(lists.disorder) + 4.0 * eye.frame.delta_depth;
         let mut present = None;
         for (number, pass) in passes.iter().enumerate() {
+            control.check()?;
             if present.as_ref() != Some(&pass.window) {
-                self.entries.write(&self.device, &self.queue, &lists.entries[pass.window.clone()]);
+                let Shared { device, queue, .. } = &*self.shared;
+                self.buffers.entries.write(device, queue, &lists.entries[pass.window.clone()]);
                 present = Some(pass.window.clone());
             }
             let first = slots.as_ref().map(|slots| slots.len() as u32);
@@ -117,63 +156,51 @@ impl Executor {
             };
             let tiles = tile_table(band, &pass.segments, place);
             let frame = plan::Frame { disorder, ..eye.frame };
-            let submission = self.dispatch(
-                eye,
-                band,
-                chunk,
-                frame,
-                (pass.clipped, pass.few),
-                first.is_none(),
-                &pass.segments,
-                &tiles,
-            );
+            let (kind, merged) = ((pass.clipped, pass.few), first.is_none());
+            let submission = self.dispatch(work, frame, kind, merged, &pass.segments, &tiles)?;
             // Uploads of later entries wait in memory until earlier ones are done.
             if passes.get(number + 1).is_none_or(|next| next.window != pass.window) {
-                self.wait(Some(submission))?;
+                self.shared.wait(submission)?;
+                control.check()?;
             }
         }
         Ok(())
     }
 
     /// Makes ids of what several passes found of some tiles.
-    pub fn finish(
-        &mut self,
-        eye: &Eye,
-        band: &Band,
-        chunk: &Chunk,
-        met: &[TileIndex],
-    ) -> Result<(), DrawError> {
+    pub fn finish(&mut self, work: Work, met: &[TileIndex]) -> Result<(), Failure> {
         if met.is_empty() {
             return Ok(());
         }
+        let Work { eye, band, control, .. } = work;
+        control.check()?;
         // An empty list finds nothing new.
         let segments: Vec<Segment> =
             met.iter().map(|&tile| Segment { tile, start: 0, count: 0, fresh: false }).collect();
         let tiles = tile_table(band, &segments, |_, segment| (segment.tile.slot(), LAST));
-        let submission =
-            self.dispatch(eye, band, chunk, eye.frame, (false, false), true, &segments, &tiles);
-        self.wait(Some(submission))
+        let submission = self.dispatch(work, eye.frame, (false, false), true, &segments, &tiles)?;
+        self.shared.wait(submission)?;
+        Ok(control.check()?)
     }
 
     fn reserve(&mut self, pixels: usize, states: bool) {
-        self.ids.reserve(&self.device, (pixels * 4) as u64);
+        let device = &self.shared.device;
+        self.buffers.ids.reserve(device, (pixels * 4) as u64);
         if states {
-            self.states.reserve(&self.device, (pixels * size_of::<plan::State>()) as u64);
+            self.buffers.states.reserve(device, (pixels * size_of::<plan::State>()) as u64);
         }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "each is a thing of its own, and two callers")]
     fn dispatch(
         &mut self,
-        eye: &Eye,
-        band: &Band,
-        chunk: &Chunk,
+        work: Work,
         frame: plan::Frame,
         (clipped, few): (bool, bool),
         merged: bool,
         segments: &[Segment],
         tiles: &[plan::Tile],
-    ) -> wgpu::SubmissionIndex {
+    ) -> Result<wgpu::SubmissionIndex, DrawError> {
+        let Work { eye, band, chunk, .. } = work;
         let variant = Variant {
             projection: eye.projection(),
             clipped,
@@ -182,21 +209,20 @@ impl Executor {
             lanes: self.lanes,
             few,
         };
-        self.prepare_pipeline(variant);
-        let (device, queue) = (&self.device, &self.queue);
-        self.tiles.write(device, queue, tiles);
+        let compiled = self.shared.pipeline(variant)?;
+        let Shared { device, queue, dispatches, .. } = &*self.shared;
+        let buffers = &mut self.buffers;
+        buffers.tiles.write(device, queue, tiles);
         let bindings = variant.bindings();
         let has = |number| bindings.iter().any(|b| b.0 == number);
         let places = segments.iter().map(|segment| band.place(segment.tile));
         if has(FANS) {
-            self.fans.write(
-                device,
-                queue,
-                &places.clone().map(|place| place.fan).collect::<Vec<_>>(),
-            );
+            let fans: Vec<_> = places.clone().map(|place| place.fan).collect();
+            buffers.fans.write(device, queue, &fans);
         }
         if has(PLANES) {
-            self.planes.write(device, queue, &places.map(|place| place.planes).collect::<Vec<_>>());
+            let planes: Vec<_> = places.map(|place| place.planes).collect();
+            buffers.planes.write(device, queue, &planes);
         }
         let together = if self.lanes == Lanes::Eight { TILES_TOGETHER } else { TILES_ALONE };
         let groups = (tiles.len() as u32).div_ceil(together);
@@ -207,65 +233,61 @@ impl Executor {
             row,
             ..frame
         };
-        self.frame.write(device, queue, &[frame]);
+        buffers.frame.write(device, queue, &[frame]);
         let resource = |number| match number {
-            0 => self.frame.binding(),
+            0 => buffers.frame.binding(),
             1 => chunk.buffer.as_entire_binding(),
-            2 => self.entries.binding(),
-            3 => self.tiles.binding(),
-            4 => self.ids.binding(),
-            STATES => self.states.binding(),
-            FANS => self.fans.binding(),
-            _ => self.planes.binding(),
+            2 => buffers.entries.binding(),
+            3 => buffers.tiles.binding(),
+            4 => buffers.ids.binding(),
+            STATES => buffers.states.binding(),
+            FANS => buffers.fans.binding(),
+            _ => buffers.planes.binding(),
         };
-        let Pipeline { pipeline, layout } = &self.pipelines[&variant];
         let entries: Vec<_> = bindings
             .iter()
             .map(|&(binding, _)| wgpu::BindGroupEntry { binding, resource: resource(binding) })
             .collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
-            layout,
+            layout: &compiled.layout,
             entries: &entries,
         });
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            compute.set_pipeline(pipeline);
+            compute.set_pipeline(&compiled.pipeline);
             compute.set_bind_group(0, &group, &[]);
             compute.dispatch_workgroups(row, groups.div_ceil(row), 1);
         }
-        self.dispatches += 1;
-        queue.submit([encoder.finish()])
-    }
-
-    /// Until a submission is done, or the last.
-    pub fn wait(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), DrawError> {
-        self.device
-            .poll(wgpu::PollType::Wait { submission_index, timeout: Some(PATIENCE) })
-            .map(|_| ())
-            .map_err(|error| DrawError::Device(error.to_string()))
+        dispatches.fetch_add(1, Ordering::Relaxed);
+        let submission = queue.submit([encoder.finish()]);
+        self.last = Some(submission.clone());
+        Ok(submission)
     }
 
     /// Brings the ids of the first slots back, 64 a slot.
-    pub fn read_back(&mut self, slots: usize, take: impl FnOnce(&[i32])) -> Result<(), DrawError> {
+    pub fn read_back<T>(
+        &mut self,
+        slots: usize,
+        take: impl FnOnce(&[i32]) -> Result<T, DrawError>,
+    ) -> Result<T, Failure> {
         let size = (slots * TILE_PIXELS * 4) as u64;
         if size == 0 {
-            take(&[]);
-            return Ok(());
+            return Ok(take(&[])?);
         }
-        let Some(ids) = self.ids.get() else {
-            return Err(DrawError::Device("there are no ids to bring back".into()));
+        let Shared { device, queue, .. } = &*self.shared;
+        let (Some(ids), Some(mut submission)) = (self.buffers.ids.get(), self.last.clone()) else {
+            return Err(DrawError::Device("there are no ids to bring back".into()).into());
         };
-        let mut copied = None;
-        let readable = match &mut self.staging {
+        let readable = match &mut self.buffers.staging {
             None => ids.clone(),
             Some(staging) => {
-                let staging = staging.reserve(&self.device, size);
+                let staging = staging.reserve(device, size);
                 let mut encoder =
-                    self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                    device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 encoder.copy_buffer_to_buffer(ids, 0, staging, 0, size);
-                copied = Some(self.queue.submit([encoder.finish()]));
+                submission = queue.submit([encoder.finish()]);
                 staging.clone()
             }
         };
@@ -274,57 +296,14 @@ impl Executor {
         slice.map_async(wgpu::MapMode::Read, move |result| {
             let _ = sender.send(result);
         });
-        self.wait(copied)?;
-        let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
-        receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        // Only for what this workspace submitted: others may have much in the queue.
+        self.shared.wait(submission)?;
+        // If another thread came first to what is mapped now, it is about to tell.
+        receiver.recv().map_err(Failure::silent)?.map_err(Failure::silent)?;
+        let _mapped = Mapped(&readable);
         let view =
             slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
-        take(bytemuck::cast_slice(&view));
-        drop(view);
-        readable.unmap();
-        Ok(())
-    }
-
-    /// Makes a pipeline unless it is there.
-    fn prepare_pipeline(&mut self, variant: Variant) {
-        if self.pipelines.contains_key(&variant) {
-            return;
-        }
-        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("tiles"),
-            source: wgpu::ShaderSource::Wgsl(variant.source().text.into()),
-        });
-        let entry = |(binding, written): (u32, bool)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: match binding {
-                    0 => wgpu::BufferBindingType::Uniform,
-                    _ => wgpu::BufferBindingType::Storage { read_only: !written },
-                },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let layout = self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("tiles"),
-            entries: &variant.bindings().into_iter().map(entry).collect::<Vec<_>>(),
-        });
-        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("tiles"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("tiles"),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
-        self.pipelines.insert(variant, Pipeline { pipeline, layout });
+        Ok(take(bytemuck::cast_slice(&view))?)
     }
 }
 
@@ -364,6 +343,8 @@ pub struct Answers<'a> {
     pub backgrounds: &'a [i32],
     /// What is drawn.
     pub spheres: Spheres<'a>,
+    /// Is looked at now and then.
+    pub control: &'a Control,
 }
 
 impl Answers<'_> {
@@ -373,18 +354,23 @@ impl Answers<'_> {
     /// Each thread copies a few rows of tiles. If pixels of these are undecided, it calls `at_once`
     /// with their tiles in ascending order, the first row of tiles, and the ids of all the rows;
     /// `at_once` returns whether it resolved them. Returns the tiles that are still undecided, in
-    /// ascending order, each with a mask of its undecided pixels.
+    /// ascending order, each with a mask of its undecided pixels. Unless it fails, all ids are
+    /// written.
     pub fn fill(
         &self,
         ids: &mut [MaybeUninit<i32>],
         found: &[i32],
         at_once: impl Fn(&[(TileIndex, Pixels)], u32, &mut [i32]) -> bool + Sync,
-    ) -> Vec<(TileIndex, Pixels)> {
+    ) -> Result<Vec<(TileIndex, Pixels)>, DrawError> {
         let (width, columns) = (self.region.width as usize, self.columns as usize);
         let left_over = Mutex::new(Vec::new());
+        let skipped = AtomicBool::new(false);
         // Four pieces a thread, as some are sooner done than others.
         let rows = (self.slots.len() / columns / (4 * rayon::current_num_threads())).clamp(1, ROWS);
         pool::each_of(ids.chunks_mut(width * SIDE * rows).enumerate(), |(piece, ids)| {
+            if self.control.is_cancelled() {
+                return skipped.store(true, Ordering::Relaxed);
+            }
             let mut open = Vec::new();
             for (row, ids) in ids.chunks_mut(width * SIDE).enumerate() {
                 self.fill_row(piece * rows + row, ids, found, &mut open);
@@ -398,9 +384,12 @@ impl Answers<'_> {
                 left_over.lock().unwrap_or_else(PoisonError::into_inner).append(&mut open);
             }
         });
+        if skipped.into_inner() {
+            return Err(DrawError::Cancelled);
+        }
         let mut left_over = left_over.into_inner().unwrap_or_else(PoisonError::into_inner);
         left_over.sort_unstable();
-        left_over
+        Ok(left_over)
     }
 
     /// Writes all pixels of a row of tiles, and appends what is left over there.

@@ -1,37 +1,47 @@
 //! The GPU device: spheres stay on it from picture to picture; the host makes tile lists, the
 //! device filters, the host decides what is left over. It executes what [`crate::plan`] lays out.
 //!
+//! A [`Gpu`] is a workspace on an opened device: it draws one picture at a time. [`Gpu::beside`]
+//! gives another on the same device, for another thread.
+//!
 //! * [`adapters`]: which devices there are, which one is taken, and what to install when there is
 //!   none.
+//! * `shared`: the device itself, and what else all workspaces share; `kept`: the scenes that stay
+//!   on it; `upload`: how they come there; `pipeline`: kernels.
 //! * `lists`: tile lists, made on the host.
 //! * `execute`: uploads, dispatches, ids back; `memory`: buffers that are used again.
 //! * `decide`: what the filter leaves over.
 //! * [`naive`]: a baseline for `bench`.
 
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+#![warn(missing_debug_implementations)]
 
 pub mod adapters;
 mod decide;
 mod execute;
+mod kept;
 pub mod lists;
 mod memory;
 #[cfg(feature = "baselines")]
 pub mod naive;
+mod pipeline;
 pub mod plan;
+mod shared;
+mod upload;
 
 use std::{
-    num::NonZeroU64,
+    fmt,
     ops::Range,
-    sync::{Arc, Mutex},
+    sync::{Arc, atomic::Ordering},
     time::Instant,
 };
 
-use rayon::prelude::*;
-
-use crate::plan::{Band, Eye, Fixed, Limits, ROUND, Record, TILE, TILE_PIXELS, TILES};
-use adapters::{AdapterChoice, NoAdapter, PassedOver, Suitability};
+use crate::plan::{Band, Eye, Limits, TILE};
+use adapters::{AdapterChoice, NoAdapter, PassedOver};
 use decide::{Among, AtOnce, Done, LeftOver, Undecided};
-use execute::{Answers, Executor, Pixels};
+use execute::{Answers, Executor, Pixels, Work};
+use kept::{Chunk, Layout, Uploaded};
+pub use kept::{KEPT, SCENES};
 use lists::{Spheres, These, Uncovered, Wave};
 use planisphere_core::{
     bins::{Keep, KeepAll},
@@ -41,52 +51,62 @@ use planisphere_core::{
     exact::decide::{Tally, Truth},
     host::Host,
     ids::{NONE, Slot, SortedIndex, TileIndex, UNDECIDED},
-    order::{Ordered, has_room},
+    order::Ordered,
     pool,
     project::Projector,
     scene::Scene,
 };
 use planisphere_shaders::{FEW, Lanes};
+use shared::{Failure, Shared};
+use upload::Upload;
+/// The wgpu whose devices [`Gpu::from_wgpu`] takes.
+pub use wgpu;
 
 /// If more than one pixel in this many is undecided, drawing the band on the CPU is faster than
 /// resolving it pixel by pixel.
 const HOPELESS: usize = 8;
 
-/// Spheres on the device: consecutive, as many as one binding holds.
-struct Chunk {
-    range: Range<usize>,
-    buffer: wgpu::Buffer,
-}
+/// Where the upload of a scene ends, of a drawing that begins with one: for progress alone.
+const SENT: f32 = 0.3;
+/// Where the filter ends, of a band.
+const FILTERED: f32 = 0.7;
+/// Where ids are back, of a band.
+const BACK: f32 = 0.9;
 
-/// A scene on the device.
-struct Uploaded {
-    /// [`Scene::identity`].
-    identity: u64,
-    /// None where the device cannot hold the scene's numbers.
-    fixed: Option<Fixed>,
-    chunks: Vec<Chunk>,
-    /// Neighbours in space lie together on the device, so that what a tile's list names shares
-    /// cache lines. None for few spheres, which fit a cache anyway and lie there as in the scene.
-    ordered: Option<Arc<Ordered>>,
-    /// Places of the scene's large spheres, if any may hide much; none for those that are left out.
-    large: Vec<Option<SortedIndex>>,
-}
-
-/// An opened GPU.
+/// A workspace on an opened GPU: draws one picture at a time. Its device, kernels and uploaded
+/// scenes are shared with all workspaces [beside](Gpu::beside) it, which may draw at the same time.
 pub struct Gpu {
+    shared: Arc<Shared>,
     executor: Executor,
-    info: wgpu::AdapterInfo,
+    /// Those of the device, or smaller ones.
     limits: Limits,
     /// Spheres in one buffer.
     chunk: usize,
-    uploaded: Option<Uploaded>,
-    uploads: u64,
+    /// See [`Gpu::ordered`].
+    ordered: Option<Arc<Ordered>>,
     wave: Wave,
     effort: Effort,
-    /// What went wrong outside of any call, such as a lost device.
-    fault: Arc<Mutex<Option<String>>>,
     control: Control,
     host: Host,
+}
+
+impl fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (sent, dispatches) = self.activity();
+        let (scenes, bytes) = self.shared.kept.size();
+        f.debug_struct("Gpu")
+            .field("device", &self.description())
+            .field("lanes", &self.executor.lanes)
+            .field("chunk", &self.chunk)
+            .field("limits", &self.limits)
+            .field("effort", &self.effort)
+            .field("scenes", &scenes)
+            .field("bytes", &bytes)
+            .field("sent", &sent)
+            .field("dispatches", &dispatches)
+            .field("fault", &self.shared.fault())
+            .finish_non_exhaustive()
+    }
 }
 
 /// From how many spheres on (or tiles) work is done that saves more of it later. Pictures do not
@@ -108,6 +128,7 @@ impl Default for Effort {
 }
 
 /// What came of a picture.
+#[derive(Debug)]
 pub enum Answer {
     /// It was drawn, but for these regions, of which a good part was left over by the filter: their
     /// ids are not settled, and the native device draws them sooner than they could be decided.
@@ -126,13 +147,16 @@ impl Answer {
     }
 }
 
-/// One picture.
+/// One picture, or a band of it.
+#[derive(Clone, Copy)]
 struct Job<'a> {
     spheres: Spheres<'a>,
     eye: &'a Eye,
     chunks: &'a [Chunk],
     /// See [`Uploaded::large`].
     large: &'a [Option<SortedIndex>],
+    /// Ends it, and is told how far it is.
+    control: &'a Control,
 }
 
 /// A band whose kernels have run.
@@ -205,82 +229,76 @@ impl Gpu {
     }
 
     /// Opens an adapter.
-    fn start(adapter: &wgpu::Adapter, suitability: &Suitability) -> Result<Self, String> {
-        let info = adapter.get_info();
-        let offered = adapter.limits();
-        let binding = offered
-            .max_storage_buffer_binding_size
-            .min(i32::MAX as u64)
-            .min(offered.max_buffer_size);
-        let limits = wgpu::Limits {
-            max_storage_buffer_binding_size: binding,
-            max_buffer_size: offered.max_buffer_size,
-            max_storage_buffers_per_shader_stage: offered
-                .max_storage_buffers_per_shader_stage
-                .min(8),
-            max_compute_workgroups_per_dimension: offered.max_compute_workgroups_per_dimension,
-            ..wgpu::Limits::downlevel_defaults()
-        };
-        let mut features = match suitability.lanes {
-            Lanes::Eight => wgpu::Features::SUBGROUP,
-            Lanes::Alone => wgpu::Features::empty(),
-        };
-        if info.device_type == wgpu::DeviceType::Cpu {
-            features |= adapter.features() & wgpu::Features::MAPPABLE_PRIMARY_BUFFERS;
-        }
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            label: Some("planisphere"),
-            required_features: features,
-            required_limits: limits,
-            ..Default::default()
-        }))
-        .map_err(|error| error.to_string())?;
-        let fault = Arc::new(Mutex::new(None));
-        let note = Arc::clone(&fault);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            remember(&note, error.to_string())
-        }));
-        let note = Arc::clone(&fault);
-        device.set_device_lost_callback(move |reason, message| {
-            // Dropping the device is no fault.
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                remember(&note, format!("device lost: {message}"));
-            }
-        });
-        let binding = binding as usize;
+    fn start(adapter: &wgpu::Adapter) -> Result<Self, String> {
+        let descriptor = adapters::descriptor(adapter)?;
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| error.to_string())?;
+        let shared = Shared::new(&device, &queue)?;
+        shared.listen();
+        Ok(Self::on_shared(Arc::new(shared)))
+    }
+
+    /// On a device that another program part has opened and goes on using, with whatever limits and
+    /// features it was created with: [`adapters::descriptor`] tells what to create it with.
+    ///
+    /// The callbacks of the device for errors and for its loss are left as they are. Errors of
+    /// drawings come to the caller of [`Gpu::draw`] and to nobody else.
+    ///
+    /// # Errors
+    /// When the device was created with too little; says what it lacks.
+    pub fn from_wgpu(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self, String> {
+        Ok(Self::on_shared(Arc::new(Shared::new(device, queue)?)))
+    }
+
+    /// The first workspace of a device.
+    fn on_shared(shared: Arc<Shared>) -> Self {
         let effort = Effort::default();
-        let limits = Limits {
-            wave: 1 << 22,
-            entries: (binding / size_of::<SortedIndex>()).min(1 << 24),
-            tiles: (binding / (TILE_PIXELS * size_of::<plan::State>())).min(TILES),
-            few: 0,
-            worth: effort.few,
-            round: ROUND,
-        };
-        Ok(Self {
-            // 64 Mi spheres in a buffer are plenty.
-            chunk: (binding / size_of::<Record>()).min(1 << 26),
-            executor: Executor::new(device, queue, suitability.lanes),
-            info,
-            limits,
-            uploaded: None,
-            uploads: 0,
+        Self {
+            executor: Executor::new(&shared),
+            limits: Limits { worth: effort.few, ..shared.limits },
+            chunk: shared.chunk,
+            ordered: None,
             wave: Wave::default(),
             effort,
-            fault,
             control: Control::new(),
             host: Host::default(),
-        })
+            shared,
+        }
+    }
+
+    /// Another workspace on the same device, with the same settings, and a control of its own. It
+    /// opens nothing and allocates nothing before it draws; kernels that are compiled and scenes
+    /// that are on the device are used by all workspaces. All may draw at once, from threads of one
+    /// pool of rayon as well.
+    #[must_use]
+    pub fn beside(&self) -> Self {
+        Self {
+            shared: Arc::clone(&self.shared),
+            executor: self.executor.beside(),
+            limits: self.limits,
+            chunk: self.chunk,
+            ordered: None,
+            wave: Wave::default(),
+            effort: self.effort,
+            control: Control::new(),
+            host: self.host,
+        }
+    }
+
+    /// Whether the device failed for good, for all of its workspaces: nothing can be drawn until
+    /// another one is opened. Drawings then end with [`DrawError::Device`].
+    pub fn is_lost(&self) -> bool {
+        self.shared.fault().is_some()
     }
 
     /// The device in words, for people.
     pub fn description(&self) -> String {
-        adapters::name(&self.info)
+        self.shared.description()
     }
 
     /// Whether it is a software device.
     pub fn is_software(&self) -> bool {
-        self.info.device_type == wgpu::DeviceType::Cpu
+        self.shared.info.device_type == wgpu::DeviceType::Cpu
     }
 
     /// Spheres in one buffer, and what one dispatch may hold.
@@ -288,9 +306,11 @@ impl Gpu {
         (self.chunk, self.limits)
     }
 
-    /// Bytes of spheres that were sent, and dispatches, since the device was opened.
+    /// Bytes of spheres that were sent, and dispatches, since the device was opened, by all
+    /// workspaces.
     pub fn activity(&self) -> (u64, u64) {
-        (self.uploads, self.executor.dispatches)
+        let Shared { sent, dispatches, .. } = &*self.shared;
+        (sent.load(Ordering::Relaxed), dispatches.load(Ordering::Relaxed))
     }
 
     /// Switches the filter off or on. Off, every pixel is the nearest sphere in plain f32, right or
@@ -303,8 +323,7 @@ impl Gpu {
     /// Chooses how lists are fetched; [`Lanes::Alone`] works everywhere. Returns whether the device
     /// has it.
     pub fn set_lanes(&mut self, lanes: Lanes) -> bool {
-        let fits = lanes == Lanes::Alone
-            || self.executor.device.features().contains(wgpu::Features::SUBGROUP);
+        let fits = lanes == Lanes::Alone || self.shared.lanes == lanes;
         if fits {
             self.executor.lanes = lanes;
             self.limits.few = 0;
@@ -326,13 +345,19 @@ impl Gpu {
             worth: own.worth,
             round: own.round.min(limits.round.max(1)),
         };
-        self.uploaded = None;
+        self.ordered = None;
     }
 
     /// Sets from how many spheres on they are ordered, and searched for what large ones hide, to
     /// test that it does not show.
     pub fn set_effort(&mut self, effort: Effort) {
-        (self.effort, self.limits.worth, self.uploaded) = (effort, effort.few, None);
+        (self.effort, self.limits.worth, self.ordered) = (effort, effort.few, None);
+    }
+
+    /// Sets the device memory that scenes may take together, in place of [`KEPT`], for all
+    /// workspaces.
+    pub fn keep(&mut self, bytes: u64) {
+        self.shared.kept.keep(bytes);
     }
 
     /// Takes a look at the machine's memory, which this crate does not have.
@@ -384,12 +409,13 @@ impl Gpu {
         }
     }
 
-    /// The scene that was drawn last, in order, if it was put into one: the native device can take
-    /// it over.
+    /// The scene that this workspace drew last, in order, if it was put into one: the native device
+    /// can take it over.
     pub fn ordered(&self) -> Option<&Arc<Ordered>> {
-        self.uploaded.as_ref()?.ordered.as_ref()
+        self.ordered.as_ref()
     }
 
+    /// Draws; if memory does not suffice, once more without other scenes on the device.
     fn filter(
         &mut self,
         scene: &Scene,
@@ -398,8 +424,15 @@ impl Gpu {
         decide: bool,
     ) -> Result<Answer, DrawError> {
         let mut drawing = Drawing::new(scene, view, region)?;
-        let left = pool::enter(|| self.filter_into(scene, view, decide, &mut drawing))?;
-        Ok(left.map_or(Answer::Unfit, |left| Answer::Drawn(drawing, left)))
+        let mut left = pool::enter(|| self.filter_into(scene, view, decide, &mut drawing));
+        let no_room = matches!(left, Err(DrawError::Memory { .. }));
+        if no_room && self.shared.kept.drop_others(scene.identity()) {
+            self.guarded(|gpu| gpu.shared.tidy())?;
+            drop(drawing);
+            drawing = Drawing::new(scene, view, region)?;
+            left = pool::enter(|| self.filter_into(scene, view, decide, &mut drawing));
+        }
+        Ok(left?.map_or(Answer::Unfit, |left| Answer::Drawn(drawing, left)))
     }
 
     /// Into a drawing that has no ids yet; gives the bands that are left to the native device, or
@@ -413,37 +446,48 @@ impl Gpu {
     ) -> Result<Option<Vec<Region>>, DrawError> {
         let begin = Instant::now();
         let region = drawing.region;
+        self.ordered = None;
         if scene.is_empty() {
             drawing.ids.resize(region.pixels(), NONE);
+            self.control.reach(1.0);
             return Ok(Some(Vec::new()));
         }
-        self.ensure_uploaded(scene)?;
-        // The device's copy leaves `self` while it is drawn from.
-        let Some(uploaded) = self.uploaded.take() else {
-            return Err(DrawError::Device("the scene is not on the device".into()));
-        };
+        let (uploaded, control) = self.on_device(scene)?;
+        self.ordered.clone_from(&uploaded.ordered);
         let eye = uploaded.fixed.and_then(|fixed| Eye::new(&fixed, &scene.bounds(), view));
-        let mut result = Ok(None);
-        if let Some(eye) = &eye {
-            let truth = Truth::new(view, scene.bounds());
-            let spheres = Spheres { scene, truth: &truth, ordered: uploaded.ordered.as_ref() };
-            let (chunks, large) = (&uploaded.chunks, &uploaded.large);
-            let job = Job { spheres, eye, chunks, large };
-            drawing.times.prepare += since(begin);
-            result = self.draw_bands(&job, drawing, decide).map(Some);
-        }
-        self.uploaded = Some(uploaded);
+        let Some(eye) = &eye else { return Ok(None) };
+        let truth = Truth::new(view, scene.bounds());
+        let spheres = Spheres { scene, truth: &truth, ordered: uploaded.ordered.as_ref() };
+        let (chunks, large) = (&uploaded.chunks, &uploaded.large);
+        let job = Job { spheres, eye, chunks, large, control: &control };
+        drawing.times.prepare += since(begin);
+        let left = self.draw_bands(job, drawing, decide)?;
         if self.executor.lanes == Lanes::Eight {
             // One kernel more is worth compiling for a device that draws again.
             self.limits.few = FEW;
         }
-        result
+        Ok(Some(left))
+    }
+
+    /// A scene on the device, sent unless it is there; and the control of what is left to do.
+    fn on_device(&self, scene: &Scene) -> Result<(Arc<Uploaded>, Control), DrawError> {
+        let Effort { order, cover, .. } = self.effort;
+        let layout = Layout { chunk: self.chunk, order, cover };
+        let Shared { kept, .. } = &*self.shared;
+        if let Some(uploaded) = kept.find(scene.identity(), layout) {
+            return Ok((uploaded, self.control.clone()));
+        }
+        kept.make_room(upload::bytes(scene.len()));
+        let control = &self.control.part([0.0, SENT]);
+        let (shared, host) = (&*self.shared, &self.host);
+        let uploaded = Upload { shared, scene, layout, host, control }.run()?;
+        Ok((kept.insert(uploaded), self.control.part([SENT, 1.0])))
     }
 
     /// Draws all bands; gives those that are left to the native device.
     fn draw_bands(
         &mut self,
-        job: &Job,
+        job: Job,
         drawing: &mut Drawing,
         decide: bool,
     ) -> Result<Vec<Region>, DrawError> {
@@ -454,7 +498,11 @@ impl Gpu {
         for top in (0..region.height).step_by(rows as usize) {
             let height = rows.min(region.height - top);
             let band = Region { y: region.y + top, height, ..region };
-            if !self.draw_band(job, band, drawing, decide)? {
+            let part = [top, top + height].map(|row| row as f32 / region.height as f32);
+            let control = job.control.part(part);
+            if self.draw_band(Job { control: &control, ..job }, band, drawing, decide)? {
+                control.reach(1.0);
+            } else {
                 left.push(band);
             }
         }
@@ -465,16 +513,17 @@ impl Gpu {
     /// better draw it.
     fn draw_band(
         &mut self,
-        job: &Job,
+        job: Job,
         region: Region,
         drawing: &mut Drawing,
         decide: bool,
     ) -> Result<bool, DrawError> {
         let decide = decide && self.executor.certain;
         let filtered = self.filter_band(job, region, drawing)?;
-        let (left_over, mut done) = self.collect_ids(job.spheres, &filtered, drawing, decide)?;
-        let settled = self.resolve(job.spheres, &filtered, &left_over, drawing, &mut done);
-        self.control.check()?;
+        let (left_over, mut done) = self.collect_ids(job, &filtered, drawing, decide)?;
+        job.control.reach(BACK);
+        let settled = self.resolve(job, &filtered, &left_over, drawing, &mut done)?;
+        job.control.check()?;
         drawing.counts.undecided += done.pixels;
         if settled {
             drawing.counts.exact += done.tally.big as usize;
@@ -485,11 +534,11 @@ impl Gpu {
     /// Makes the lists of a band, wave by wave, and runs the kernels on them.
     fn filter_band(
         &mut self,
-        job: &Job,
+        job: Job,
         region: Region,
         drawing: &mut Drawing,
     ) -> Result<Filtered, DrawError> {
-        let Job { spheres, eye, chunks, large } = *job;
+        let Job { spheres, eye, chunks, large, control } = job;
         let mut filtered = Filtered::new(region);
         let Filtered { band, slots, single, waves, projector, met, backgrounds, .. } =
             &mut filtered;
@@ -497,10 +546,11 @@ impl Gpu {
         let cover = search
             .then(|| Cover::new(spheres.scene, &Projector::new(spheres.truth, region)))
             .flatten();
-        for chunk in chunks {
+        for (number, chunk) in chunks.iter().enumerate() {
             let mut left = spheres.split(chunk.range.clone());
+            let mut progress = Progress::new(control, [number, chunks.len()], &left);
             while !left.iter().all(Range::is_empty) {
-                self.control.check()?;
+                control.check()?;
                 let begin = Instant::now();
                 let (wave, limit) = (&mut self.wave, self.limits.wave);
                 let (of_wave, met_now) = match &cover {
@@ -529,19 +579,24 @@ impl Gpu {
                 }
                 let (passes, whole) = band.passes(&self.wave.lists(), eye, self.limits, all);
                 *single = all && whole;
+                progress.listed(&left);
                 drawing.times.prepare += since(begin);
                 let begin = Instant::now();
-                let (band, slots) = (&*band, single.then_some(&mut *slots));
-                self.guarded(|gpu| gpu.executor.run(eye, band, chunk, &gpu.wave, &passes, slots))?;
+                let slots = single.then_some(&mut *slots);
+                let work = Work { eye, band, chunk, control };
+                self.guarded(|gpu| gpu.executor.run(work, &gpu.wave, &passes, slots))?;
+                progress.drawn();
                 drawing.times.render += since(begin);
             }
         }
         if !*single && let Some(chunk) = chunks.first() {
             let begin = Instant::now();
             *slots = band.met();
-            self.guarded(|gpu| gpu.executor.finish(eye, band, chunk, slots))?;
+            let work = Work { eye, band, chunk, control };
+            self.guarded(|gpu| gpu.executor.finish(work, slots))?;
             drawing.times.render += since(begin);
         }
+        control.reach(FILTERED);
         Ok(filtered)
     }
 
@@ -549,12 +604,13 @@ impl Gpu {
     /// Gives what is left over still, and what was decided.
     fn collect_ids(
         &mut self,
-        spheres: Spheres<'_>,
+        job: Job,
         filtered: &Filtered,
         drawing: &mut Drawing,
         decide: bool,
     ) -> Result<(Vec<(TileIndex, Pixels)>, Done), DrawError> {
         let begin = Instant::now();
+        let Job { spheres, control, .. } = job;
         let Filtered { region, band, backgrounds, .. } = filtered;
         let slot_of = filtered.slot_of();
         drawing.counts.tiles += band.tiles();
@@ -571,25 +627,23 @@ impl Gpu {
         drawing.ids.reserve(region.pixels());
         let ids = &mut drawing.ids.spare_capacity_mut()[..region.pixels()];
         let (columns, slots) = (band.columns, &slot_of[..]);
-        let answers = Answers { region: *region, columns, slots, backgrounds, spheres };
-        let mut left_over = Vec::new();
-        let mut done = Done::default();
-        self.guarded(|gpu| {
+        let answers = Answers { region: *region, columns, slots, backgrounds, spheres, control };
+        let (mut left_over, done) = self.guarded(|gpu| {
+            control.check()?;
             let projector = filtered.lists_projector().filter(|_| decide);
             let at_once = projector.map(|projector| {
-                let among = Among { spheres, projector, wave: &gpu.wave, control: &gpu.control };
+                let among = Among { spheres, projector, wave: &gpu.wave, control };
                 let left_over = LeftOver { among, columns, backgrounds };
                 AtOnce::new(left_over, region.pixels() / HOPELESS)
             });
-            gpu.executor.read_back(filtered.slots_in_use(), |found| {
-                left_over = answers.fill(ids, found, |tiles, first_row, ids| {
+            let left_over = gpu.executor.read_back(filtered.slots_in_use(), |found| {
+                answers.fill(ids, found, |tiles, first_row, ids| {
                     at_once.as_ref().is_some_and(|at_once| at_once.decide(tiles, first_row, ids))
-                });
+                })
             })?;
-            done = at_once.map_or(done, |at_once| at_once.done());
-            Ok(())
+            Ok((left_over, at_once.map_or(Done::default(), |at_once| at_once.done())))
         })?;
-        // SAFETY: reserved above, and `fill` wrote all; `read_back` calls it unless it fails.
+        // SAFETY: reserved above, and `fill` wrote all: it did not fail.
         unsafe { drawing.ids.set_len(start + region.pixels()) };
         let decided = done.spent.as_secs_f64() * 1e3 / rayon::current_num_threads() as f64;
         drawing.times.read_back += since(begin) - decided;
@@ -604,169 +658,113 @@ impl Gpu {
     /// nothing, where that is a good part of the pixels.
     fn resolve(
         &mut self,
-        spheres: Spheres<'_>,
+        job: Job,
         filtered: &Filtered,
         left_over: &[(TileIndex, Pixels)],
         drawing: &mut Drawing,
         done: &mut Done,
-    ) -> bool {
+    ) -> Result<bool, DrawError> {
         if left_over.is_empty() {
-            return true;
+            return Ok(true);
         }
         let begin = Instant::now();
+        let Job { spheres, control, .. } = job;
         let Filtered { region, band, backgrounds, .. } = filtered;
         done.pixels += decide::count(left_over);
         if done.pixels > region.pixels() / HOPELESS {
-            return false;
+            return Ok(false);
         }
         let start = drawing.ids.len() - region.pixels();
         let ids = &mut drawing.ids[start..];
         done.tally += match filtered.lists_projector() {
             Some(projector) => {
-                let among = Among { spheres, projector, wave: &self.wave, control: &self.control };
+                let among = Among { spheres, projector, wave: &self.wave, control };
                 LeftOver { among, columns: band.columns, backgrounds }.decide(left_over, ids)
             }
-            None => self.decide_again(spheres, left_over, *region, band, ids),
+            None => self.decide_again(job, left_over, *region, band, ids)?,
         };
         drawing.times.decide += since(begin);
-        true
+        Ok(true)
     }
 
     /// Decides what the filter left over in some tiles, whose lists are made again.
     fn decide_again(
         &mut self,
-        spheres: Spheres<'_>,
+        job: Job,
         tiles: &[(TileIndex, Pixels)],
         region: Region,
         band: &Band,
         ids: &mut [i32],
-    ) -> Tally {
+    ) -> Result<Tally, DrawError> {
+        let Job { spheres, control, .. } = job;
         let mut undecided = Undecided::new(tiles, band.columns);
         let mut tally = Tally::default();
         let mask = undecided.mask(band.tiles());
         let mut left = spheres.split(0..spheres.places());
         while !left.iter().all(Range::is_empty) {
+            control.check()?;
             let (projector, _) =
                 &self.wave.collect(spheres, region, &mut left, self.limits.wave, &These(&mask));
-            tally += undecided.look(Among {
-                spheres,
-                projector,
-                wave: &self.wave,
-                control: &self.control,
-            });
+            tally += undecided.look(Among { spheres, projector, wave: &self.wave, control });
         }
         undecided.write(ids, region);
-        tally
-    }
-
-    /// Puts a scene on the device unless it is there.
-    fn ensure_uploaded(&mut self, scene: &Scene) -> Result<(), DrawError> {
-        if self.uploaded.as_ref().is_some_and(|uploaded| uploaded.identity == scene.identity()) {
-            return Ok(());
-        }
-        // What is kept of another scene.
-        self.uploaded = None;
-        let fixed = Fixed::new(&scene.bounds());
-        let mut chunks = Vec::new();
-        let mut ordered = None;
-        if let Some(fixed) = &fixed {
-            if scene.len() >= self.effort.order && has_room(scene, &self.host) {
-                ordered = Ordered::coarse(scene, self.chunk, &self.control)?.map(Arc::new);
-            }
-            let places = ordered.as_ref().map_or(scene.len(), |ordered| ordered.len());
-            let part = self.chunk;
-            for range in (0..places).step_by(part).map(|start| start..places.min(start + part)) {
-                let buffer = self.guarded(|gpu| {
-                    let buffer = gpu.executor.device.create_buffer(&wgpu::BufferDescriptor {
-                        label: Some("spheres"),
-                        size: (range.len() * size_of::<Record>()) as u64,
-                        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-                        mapped_at_creation: false,
-                    });
-                    gpu.send_spheres(scene, fixed, ordered.as_deref(), range.clone(), &buffer);
-                    Ok(buffer)
-                })?;
-                self.uploads += (range.len() * size_of::<Record>()) as u64;
-                chunks.push(Chunk { range, buffer });
-            }
-        }
-        let large = match &ordered {
-            _ if scene.len() < self.effort.cover || !Cover::may_be(scene) => Vec::new(),
-            Some(ordered) => ordered.places_of(scene.large()),
-            // Where there is no order, a sphere's place is its index.
-            None => scene.large().iter().map(|index| Some(SortedIndex(index.0))).collect(),
-        };
-        self.uploaded =
-            Some(Uploaded { identity: scene.identity(), fixed, chunks, ordered, large });
-        Ok(())
-    }
-
-    /// Writes the records of a chunk, a part at a time, so that the host never holds a second copy
-    /// of a large scene.
-    fn send_spheres(
-        &self,
-        scene: &Scene,
-        fixed: &Fixed,
-        ordered: Option<&Ordered>,
-        range: Range<usize>,
-        buffer: &wgpu::Buffer,
-    ) {
-        const PART: usize = 1 << 16;
-        let Executor { device, queue, .. } = &self.executor;
-        let mut records = Vec::new();
-        for start in range.clone().step_by(PART) {
-            let part = start..range.end.min(start + PART);
-            let bytes = |spheres: usize| (spheres * size_of::<Record>()) as u64;
-            let at = bytes(start - range.start);
-            let Some(size) = NonZeroU64::new(bytes(part.len())) else { continue };
-            part.into_par_iter()
-                .with_min_len(1 << 12)
-                .map(|place| {
-                    let (block, at) = ordered
-                        .map_or_else(|| scene.locate(place), |ordered| (&ordered.block, place));
-                    fixed.record(block.center(at), block.radius(at))
-                })
-                .collect_into_vec(&mut records);
-            if let Some(mut view) = queue.write_buffer_with(buffer, at, size) {
-                view.copy_from_slice(bytemuck::cast_slice(&records));
-            }
-            // Staging memory is freed when the device is done with it.
-            queue.submit([]);
-            let _ = device.poll(wgpu::PollType::Poll);
-        }
+        Ok(tally)
     }
 
     /// Runs something with errors of the device caught.
     fn guarded<T>(
         &mut self,
-        work: impl FnOnce(&mut Self) -> Result<T, DrawError>,
+        work: impl FnOnce(&mut Self) -> Result<T, Failure>,
     ) -> Result<T, DrawError> {
-        let device = self.executor.device.clone();
-        let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
-        let result = work(self);
-        let faults = [pollster::block_on(internal.pop()), pollster::block_on(validation.pop())];
-        if let Some(error) = pollster::block_on(memory.pop()) {
-            let words = format!("{} is out of memory: {error}", self.description());
-            return Err(DrawError::Memory { needed: None, words });
+        let shared = Arc::clone(&self.shared);
+        let result = shared.guarded(|| work(self));
+        if matches!(result, Err(DrawError::Memory { .. } | DrawError::Device(_))) {
+            self.executor.forget();
         }
-        let lost = self.fault.lock().map_or(None, |fault| fault.clone());
-        match faults.into_iter().flatten().map(|error| error.to_string()).next().or(lost) {
-            Some(message) => Err(DrawError::Device(message)),
-            None => result,
-        }
+        result
     }
+}
+
+/// How far the filter is with a buffer of spheres, in a band.
+struct Progress {
+    /// Of the buffer.
+    control: Control,
+    /// Spheres of it, or groups.
+    all: usize,
+    /// What fraction is drawn.
+    drawn: f32,
+    /// What fraction is listed.
+    listed: f32,
+}
+
+impl Progress {
+    /// Nothing is listed yet of one of some buffers.
+    fn new(band: &Control, [number, buffers]: [usize; 2], left: &[Range<usize>]) -> Self {
+        let at = |number: usize| FILTERED * number as f32 / buffers as f32;
+        let control = band.part([at(number), at(number + 1)]);
+        Self { control, all: count(left), drawn: 0.0, listed: 0.0 }
+    }
+
+    /// This is left to be listed.
+    fn listed(&mut self, left: &[Range<usize>]) {
+        self.listed = 1.0 - count(left) as f32 / self.all.max(1) as f32;
+        // Lists take about as long as kernels.
+        self.control.reach(0.5 * (self.drawn + self.listed));
+    }
+
+    /// What is listed is drawn.
+    fn drawn(&mut self) {
+        self.drawn = self.listed;
+        self.control.reach(self.drawn);
+    }
+}
+
+/// How many there are in some ranges.
+fn count(ranges: &[Range<usize>]) -> usize {
+    ranges.iter().map(Range::len).sum()
 }
 
 /// Milliseconds since.
 fn since(begin: Instant) -> f64 {
     begin.elapsed().as_secs_f64() * 1e3
-}
-
-/// Keeps the first fault.
-fn remember(fault: &Mutex<Option<String>>, message: String) {
-    if let Ok(mut fault) = fault.lock() {
-        fault.get_or_insert(message);
-    }
 }

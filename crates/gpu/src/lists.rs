@@ -1,6 +1,6 @@
 //! Tile lists for the device: made on the host in f64, in waves where one would be too long.
 
-use std::{ops::Range, sync::Arc};
+use std::{fmt, ops::Range, sync::Arc};
 
 use crate::plan::{Lists, TILE};
 use planisphere_core::{
@@ -17,6 +17,7 @@ use planisphere_core::{
 };
 
 /// Some tiles only.
+#[derive(Debug)]
 pub struct These<'a>(pub &'a [bool]);
 
 impl Keep for These<'_> {
@@ -45,6 +46,16 @@ pub struct Uncovered<'a> {
     pub places: &'a [Option<SortedIndex>],
     /// Whether earlier lists hold the cover.
     pub listed: bool,
+}
+
+impl fmt::Debug for Uncovered<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Uncovered")
+            .field("farthest", &self.cover.farthest())
+            .field("places", &self.places.len())
+            .field("listed", &self.listed)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Keep for Uncovered<'_> {
@@ -82,6 +93,16 @@ pub struct Spheres<'a> {
     pub truth: &'a Truth,
     /// Their order on the device; that of the scene if there is none.
     pub ordered: Option<&'a Arc<Ordered>>,
+}
+
+impl fmt::Debug for Spheres<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Spheres")
+            .field("spheres", &self.scene.len())
+            .field("places", &self.places())
+            .field("ordered", &self.ordered.is_some())
+            .finish_non_exhaustive()
+    }
 }
 
 impl Spheres<'_> {
@@ -138,6 +159,17 @@ pub struct Wave {
     disorder: f64,
     /// World length of a view length.
     unit: f64,
+}
+
+impl fmt::Debug for Wave {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Wave")
+            .field("columns", &self.columns)
+            .field("rows", &self.rows)
+            .field("entries", &self.workspace.lists.entries.len())
+            .field("disorder", &self.disorder)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Wave {

@@ -4,7 +4,11 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::{Gpu, memory::Growing};
+use super::{
+    Gpu,
+    memory::Growing,
+    shared::{Failure, Shared},
+};
 use crate::plan::ITERATIONS;
 use planisphere_core::{
     camera::{Projection, Region, View},
@@ -47,11 +51,17 @@ pub struct Naive {
     uploaded: Option<u64>,
 }
 
+impl std::fmt::Debug for Naive {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Naive").field("uploaded", &self.uploaded).finish_non_exhaustive()
+    }
+}
+
 impl Naive {
     /// On the device of a GPU.
     pub fn new(gpu: &Gpu) -> Self {
         use wgpu::BufferUsages as U;
-        let device = &gpu.executor.device;
+        let device = &gpu.shared.device;
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("naive"),
             source: wgpu::ShaderSource::Wgsl(NAIVE.text.into()),
@@ -88,8 +98,8 @@ impl Naive {
         gpu.guarded(|gpu| self.run(gpu, scene, view))
     }
 
-    fn run(&mut self, gpu: &Gpu, scene: &Scene, view: &View) -> Result<Vec<i32>, DrawError> {
-        let (device, queue) = (&gpu.executor.device, &gpu.executor.queue);
+    fn run(&mut self, gpu: &Gpu, scene: &Scene, view: &View) -> Result<Vec<i32>, Failure> {
+        let Shared { device, queue, .. } = &*gpu.shared;
         if self.uploaded != Some(scene.identity()) {
             let spheres: Vec<[f32; 4]> = (0..scene.len())
                 .map(|index| {
@@ -156,9 +166,8 @@ impl Naive {
         slice.map_async(wgpu::MapMode::Read, move |result| {
             let _ = sender.send(result);
         });
-        gpu.executor.wait(Some(submission))?;
-        let failed = |error: &dyn std::fmt::Display| DrawError::Device(error.to_string());
-        receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        gpu.shared.wait(submission)?;
+        receiver.recv().map_err(Failure::silent)?.map_err(Failure::silent)?;
         let mapped =
             slice.get_mapped_range().map_err(|error| DrawError::Device(format!("{error:?}")))?;
         let found = bytemuck::cast_slice(&mapped).to_vec();
