@@ -371,7 +371,7 @@ fn what_large_spheres_hide_is_not_listed_and_not_missed() {
                 drawings.push(drawing);
             });
             // In several waves nobody knows what a tile's last list will be.
-            let (chunk, limits) = gpu.gpu.capacity();
+            let (chunk, limits) = gpu.gpu.limits();
             gpu.gpu.shrink(chunk, u32::MAX, Limits { wave: 1000, ..limits });
             assert_eq!(
                 gpu.draw(&scene, &view, region).unwrap().ids,

@@ -402,7 +402,7 @@ fn an_upload_ends_in_the_middle() {
 #[test]
 fn progress_rises_to_the_end() {
     let mut gpu = gpu();
-    let (chunk, limits) = gpu.capacity();
+    let (chunk, limits) = gpu.limits();
     // In several buffers, waves and bands.
     gpu.shrink(chunk.min(700), u32::MAX, Limits { wave: 2000, tiles: 100, ..limits });
     let scene = unlike(2000, 9);

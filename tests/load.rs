@@ -409,7 +409,7 @@ fn many_single_spheres_load_fast() {
     // Faults are found at their places, wherever they are: in a sphere, in another table, in the
     // TOML.
     let place = |text: &str, wanted: &str| {
-        let message = load(text).err().expect("refused").to_string();
+        let message = load(text).expect_err("refused").to_string();
         assert!(message.contains(wanted), "{message}");
     };
     place(&text.replacen("center = [77777.5", "center = [nan", 1), "test:311110:11\n");

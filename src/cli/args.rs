@@ -10,9 +10,8 @@ use super::{
     Failure,
     parse::{parse_device, parse_region, parse_size, parse_some},
 };
-use planisphere_core::camera::{ImageSize, Region};
 use planisphere_io::output::Target;
-use planisphere_renderer::Device;
+use planisphere_renderer::{Device, Region, files::Sinks};
 
 /// Draws spheres: every pixel exactly right, the same bytes on every device.
 #[derive(Parser)]
@@ -140,7 +139,7 @@ pub(super) struct RenderArgs {
     /// another aspect makes pixels that are not square. When it gives one of them, or fov, the
     /// other follows the aspect; what [camera] leaves out is chosen anew.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<ImageSize>,
+    size: Option<[u32; 2]>,
 
     /// Draw only a part of the image: column and row of its top left pixel, and its size
     ///
@@ -196,58 +195,56 @@ pub(super) struct RenderArgs {
 /// The largest first index: indices are written as int64.
 const MAX_FIRST: u64 = 1 << 62;
 
-/// Where the planes of a picture go.
-pub(super) struct Outputs {
-    /// The colours, as PNG.
-    pub picture: Option<Target>,
-    /// Whether that has a palette.
-    pub palette: bool,
-    /// The indices of the spheres, as `.npy`.
-    pub ids: Option<Target>,
-    /// The distances, as `.npy`.
-    pub depth: Option<Target>,
-    /// All that merging needs, as `.npz`.
-    pub visibility: Option<Target>,
+/// Refuses names that stand for formats that are not written, and a request for nothing.
+fn checked(sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
+    for (option, target) in named(&sinks) {
+        let (what, ending) = match option {
+            "-o" => ("a picture", "png"),
+            "--visibility" => ("a part", "npz"),
+            _ => ("an array", "npy"),
+        };
+        target.check_ending(option, what, ending)?;
+    }
+    if sinks.palette && sinks.picture.is_none() {
+        return Err(Failure::Usage(
+            "--palette says how the picture is written, and -o none writes none; leave out one of \
+             them"
+                .into(),
+        ));
+    }
+    if named(&sinks).is_empty() && !text {
+        return Err(Failure::Usage(
+            "-o none leaves nothing to do; add --ids, --depth, --visibility or --stats, or name a \
+             picture"
+                .into(),
+        ));
+    }
+    Ok(sinks)
 }
 
-impl Outputs {
-    /// Refuses names that stand for formats that are not written, and a request for nothing.
-    fn checked(self, text: bool) -> Result<Self, Failure> {
-        for (option, target) in self.named() {
-            let (what, ending) = match option {
-                "-o" => ("a picture", "png"),
-                "--visibility" => ("a part", "npz"),
-                _ => ("an array", "npy"),
-            };
-            target.check_ending(option, what, ending)?;
-        }
-        if self.palette && self.picture.is_none() {
-            return Err(Failure::Usage(
-                "--palette says how the picture is written, and -o none writes none; leave out \
-                 one of them"
-                    .into(),
-            ));
-        }
-        if self.named().is_empty() && !text {
-            return Err(Failure::Usage(
-                "-o none leaves nothing to do; add --ids, --depth, --visibility or --stats, or \
-                 name a picture"
-                    .into(),
-            ));
-        }
-        Ok(self)
-    }
+/// The outputs that are wanted, each with its option.
+pub(super) fn named(sinks: &Sinks) -> Vec<(&'static str, &Target)> {
+    let all = [
+        ("-o", &sinks.picture),
+        ("--ids", &sinks.ids),
+        ("--depth", &sinks.depth),
+        ("--visibility", &sinks.part),
+    ];
+    all.into_iter().filter_map(|(option, target)| Some((option, target.as_ref()?))).collect()
+}
 
-    /// Those that are wanted, each with its option.
-    pub fn named(&self) -> Vec<(&'static str, &Target)> {
-        let all = [
-            ("-o", &self.picture),
-            ("--ids", &self.ids),
-            ("--depth", &self.depth),
-            ("--visibility", &self.visibility),
-        ];
-        all.into_iter().filter_map(|(option, target)| Some((option, target.as_ref()?))).collect()
-    }
+/// The outputs as they are typed.
+fn sinks(
+    picture: Option<Target>,
+    palette: bool,
+    [ids, depth, part]: [Option<PathBuf>; 3],
+    first: u64,
+) -> Sinks {
+    let [ids, depth, part] = [ids, depth, part].map(|path| path.as_deref().map(Target::from_arg));
+    let mut sinks = Sinks::default();
+    (sinks.picture, sinks.palette, sinks.first) = (picture, palette, first);
+    (sinks.ids, sinks.depth, sinks.part) = (ids, depth, part);
+    sinks
 }
 
 /// `merge`, as typed.
@@ -307,7 +304,7 @@ pub(super) struct MergeRequest {
     /// Parts.
     pub parts: Vec<PathBuf>,
     /// What to write.
-    pub outputs: Outputs,
+    pub sinks: Sinks,
     /// Which part of the image.
     pub region: Option<Region>,
     /// Whether to print statistics.
@@ -317,13 +314,10 @@ pub(super) struct MergeRequest {
 impl MergeArgs {
     /// Refuses what cannot be written as it is named.
     pub fn request(self) -> Result<MergeRequest, Failure> {
-        let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
         let picture = (self.output != Path::new("none")).then(|| Target::from_arg(&self.output));
-        let (ids, depth, visibility) =
-            (target(self.ids), target(self.depth), target(self.visibility));
-        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }
-            .checked(self.stats)?;
-        Ok(MergeRequest { parts: self.parts, outputs, region: self.region, stats: self.stats })
+        let arrays = [self.ids, self.depth, self.visibility];
+        let sinks = checked(sinks(picture, self.palette, arrays, 0), self.stats)?;
+        Ok(MergeRequest { parts: self.parts, sinks, region: self.region, stats: self.stats })
     }
 }
 
@@ -332,13 +326,11 @@ pub(super) struct RenderRequest {
     /// Scene file, or `-`.
     pub scene: PathBuf,
     /// What to write.
-    pub outputs: Outputs,
-    /// Index of the first sphere in the whole.
-    pub first_index: u64,
+    pub sinks: Sinks,
     /// Whether to explain instead of drawing.
     pub explain: bool,
     /// Instead of the scene's size.
-    pub size: Option<ImageSize>,
+    pub size: Option<[u32; 2]>,
     /// Which part.
     pub region: Option<Region>,
     /// Which device.
@@ -355,13 +347,11 @@ impl RenderArgs {
             Some(name) => Some(Target::from_arg(name)),
             None => Some(Target::File(default_output(&self.scene)?)),
         };
-        let target = |path: Option<PathBuf>| path.as_deref().map(Target::from_arg);
-        let (ids, depth, visibility) =
-            (target(self.ids), target(self.depth), target(self.visibility));
-        let outputs = Outputs { picture, palette: self.palette, ids, depth, visibility }
-            .checked(self.stats)?;
-        let Self { scene, first_index, explain, size, region, device, stats, .. } = self;
-        Ok(RenderRequest { scene, outputs, first_index, explain, size, region, device, stats })
+        let arrays = [self.ids, self.depth, self.visibility];
+        let sinks = sinks(picture, self.palette, arrays, self.first_index);
+        let sinks = checked(sinks, self.stats)?;
+        let Self { scene, explain, size, region, device, stats, .. } = self;
+        Ok(RenderRequest { scene, sinks, explain, size, region, device, stats })
     }
 }
 
@@ -393,7 +383,7 @@ pub(super) struct ViewArgs {
     /// or height of the view that the scene gives (if it gives both, the height and the shape of
     /// the pixels) and shows more or less on the other side.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<ImageSize>,
+    pub size: Option<[u32; 2]>,
 
     /// Device that draws: auto, gpu, cpu, or part of an adapter's name
     ///
@@ -455,11 +445,11 @@ mod tests {
     #[test]
     fn outputs_have_defaults_and_endings() {
         assert_eq!(
-            request(&["a/b.toml"]).unwrap().outputs.picture,
+            request(&["a/b.toml"]).unwrap().sinks.picture,
             Some(Target::File("b.png".into()))
         );
-        assert_eq!(request(&["b.toml", "-o", "-"]).unwrap().outputs.picture, Some(Target::Stdout));
-        assert_eq!(request(&["b.toml", "-o", "none", "--stats"]).unwrap().outputs.picture, None);
+        assert_eq!(request(&["b.toml", "-o", "-"]).unwrap().sinks.picture, Some(Target::Stdout));
+        assert_eq!(request(&["b.toml", "-o", "none", "--stats"]).unwrap().sinks.picture, None);
         for name in ["x.PNG", "x", "-", "/dev/null", "x.", ".png", "a.b.png"] {
             assert!(request(&["b.toml", "-o", name]).is_ok(), "{name}");
         }
@@ -493,7 +483,7 @@ mod tests {
 
     #[test]
     fn sizes_and_regions() {
-        assert_eq!(parse_size("640x480"), Ok(ImageSize { width: 640, height: 480 }));
+        assert_eq!(parse_size("640x480"), Ok([640, 480]));
         for bad in ["640", "0x4", "4x0", "40000x1", "1x40000", "axb", "-1x5", "1x1x1"] {
             assert!(parse_size(bad).is_err(), "{bad}");
         }

@@ -11,20 +11,18 @@ use super::{
     print, say,
 };
 use planisphere_bench::{
-    accuracy, plot, png,
+    ImageSize, View, accuracy, plot, png,
     process::{self, Cost},
-    scenes::{Kind, Made, Recipe},
+    scenes::Made,
     speed::{self, BenchError, Contender, Settings, TimedRun},
     statistics::Summary,
     table::{Table, number},
 };
-use planisphere_core::camera::{ImageSize, MAX_SIDE, View};
-use planisphere_gpu::naive::Naive;
 use planisphere_io::{
     load,
     output::{self, Target},
 };
-use planisphere_renderer::{Device, Engine};
+use planisphere_renderer::{Device, MAX_SIDE};
 
 /// `bench`, as typed.
 #[derive(ClapArgs)]
@@ -77,7 +75,7 @@ struct SpeedArgs {
 
     /// Size of the pictures in pixels; 1024x1024, or the scene file's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<ImageSize>,
+    size: Option<[u32; 2]>,
 
     /// Frames of each kind; short ones after a camera move are taken up to six times as often
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = parse_repetitions)]
@@ -117,7 +115,7 @@ struct AccuracyArgs {
 
     /// Size of the pictures in pixels; 512x512, or the scene file's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<ImageSize>,
+    size: Option<[u32; 2]>,
 
     /// Timed pictures of each scene by each method; for the price three times as many pairs, and
     /// more where that takes no four seconds
@@ -187,30 +185,19 @@ pub(super) fn run(args: BenchArgs) -> Result<(), Failure> {
         What::Accuracy(args) => run_accuracy(args),
         What::Png(args) => run_png(&args),
         What::Time(args) => run_time(args),
-        What::Open { device } => open(&device),
+        What::Open { device } => Ok(speed::open(&device)?),
     }
 }
 
 /// The device that was asked for, or those that are there.
 fn contenders(device: Option<Device>) -> Result<Vec<Contender>, Failure> {
     let Some(choice) = device else { return Ok(speed::devices()) };
-    let argument = match &choice {
-        Device::Auto => "auto",
-        Device::Gpu => "gpu",
-        Device::Cpu => "cpu",
-        Device::Named(name) => name,
-    };
-    Ok(vec![speed::contender(argument, choice.clone())?])
+    Ok(vec![speed::contender(&choice.to_string(), choice)?])
 }
 
-fn open(choice: &Device) -> Result<(), Failure> {
-    if let Engine::Gpu(mut hybrid) = Engine::open(choice)? {
-        let gpu = &mut hybrid.gpu;
-        let image = ImageSize { width: 8, height: 8 };
-        let made = Recipe::new(Kind::Uniform, 1).make(image);
-        Naive::new(gpu).draw(gpu, &made.scene, &View::new(made.camera, image))?;
-    }
-    Ok(())
+/// A size as it is typed.
+fn image([width, height]: [u32; 2]) -> ImageSize {
+    ImageSize { width, height }
 }
 
 fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
@@ -221,7 +208,7 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
     let program = std::env::current_exe().map_err(BenchError::from)?;
     let mut tell = |what: &str| say(&format!("bench: {what}"));
     let mut settings = Settings {
-        image: args.size.unwrap_or(ImageSize { width: 1024, height: 1024 }),
+        image: image(args.size.unwrap_or([1024; 2])),
         frames: args.frames,
         runs: args.runs,
         most: args.max,
@@ -243,10 +230,9 @@ fn run_speed(args: SpeedArgs) -> Result<(), Failure> {
             let loaded = load::load(path)?;
             loaded.files.iter().for_each(|path| ends.reads(path));
             ends.check()?;
-            settings.image = args.size.unwrap_or(loaded.image);
+            settings.image = args.size.map_or(loaded.image, image);
             let camera = loaded.camera(settings.image);
-            let made =
-                Made { name: planisphere_core::text::name(path), scene: loaded.scene, camera };
+            let made = Made { name: planisphere_io::text::name(path), scene: loaded.scene, camera };
             speed::one(&settings, &made, &mut tell)?
         }
     };
@@ -275,7 +261,7 @@ fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
     let devices = contenders(args.device)?;
     let mut tell = |what: &str| say(&format!("bench: {what}"));
     let mut settings = accuracy::Settings {
-        image: args.size.unwrap_or(ImageSize { width: 512, height: 512 }),
+        image: image(args.size.unwrap_or([512; 2])),
         frames: args.frames,
         quick: args.quick,
         devices,
@@ -288,10 +274,9 @@ fn run_accuracy(args: AccuracyArgs) -> Result<(), Failure> {
             let loaded = load::load(path)?;
             loaded.files.iter().for_each(|path| ends.reads(path));
             ends.check()?;
-            settings.image = args.size.unwrap_or(loaded.image);
+            settings.image = args.size.map_or(loaded.image, image);
             let camera = loaded.camera(settings.image);
-            let made =
-                Made { name: planisphere_core::text::name(path), scene: loaded.scene, camera };
+            let made = Made { name: planisphere_io::text::name(path), scene: loaded.scene, camera };
             accuracy::one(&settings, &made, &mut tell)?
         }
     };

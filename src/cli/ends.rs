@@ -61,7 +61,7 @@ impl<'a> Ends<'a> {
                 self.adds(found, "standard input".into());
             }
         } else if let Ok(found) = Identity::of(path) {
-            self.adds(found, planisphere_core::text::name(path));
+            self.adds(found, planisphere_io::text::name(path));
         }
     }
 
@@ -174,7 +174,7 @@ impl<'a> Ends<'a> {
 fn words(target: &Target) -> String {
     match target {
         Target::Stdout => "standard output".into(),
-        Target::File(path) => planisphere_core::text::name(path),
+        Target::File(path) => planisphere_io::text::name(path),
     }
 }
 

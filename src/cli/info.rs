@@ -2,8 +2,8 @@
 
 use super::{Failure, ends::stdout_is_open, print, render::device_words};
 #[cfg(feature = "gpu")]
-use planisphere_gpu::adapters::adapters;
-use planisphere_renderer::{Device, Engine};
+use planisphere_renderer::adapters;
+use planisphere_renderer::{Device, Renderer};
 
 /// Where software drivers come from.
 const SOFTWARE: &str = "
@@ -22,20 +22,19 @@ pub(super) fn run() -> Result<(), Failure> {
     let mut text = format!("cpu   native, {threads} threads; needs no driver\n");
     text += &gpus();
     text += "\n";
-    match Engine::open_telling(&Device::Gpu) {
-        Ok(opened) if opened.is_news(&Device::Gpu) => {
-            text +=
-                &format!("--device gpu   takes {} ({})\n", opened.device.description(), opened.why);
+    match Renderer::open(&Device::Gpu) {
+        Ok(gpu) if gpu.is_news() => {
+            text += &format!("--device gpu   takes {} ({})\n", gpu.device(), gpu.why());
         }
-        Ok(opened) => text += &format!("--device gpu   takes {}\n", opened.device.description()),
-        Err(error) => text += &format!("--device gpu   {error}\n"),
+        Ok(gpu) => text += &format!("--device gpu   takes {}\n", gpu.device()),
+        Err(error) => text += &format!("--device gpu   {}\n", Failure::from(error)),
     }
-    let auto = Engine::open_telling(&Device::Auto)?;
-    text += &format!("--device auto  takes {}\n", device_words(&auto, &Device::Auto));
+    let auto = Renderer::open(&Device::Auto)?;
+    text += &format!("--device auto  takes {}\n", device_words(&auto));
     if cfg!(target_os = "linux") {
         text += SOFTWARE;
     }
-    print(&planisphere_core::text::lines(&text))
+    print(&planisphere_io::text::lines(&text))
 }
 
 /// A line for each adapter, and more for what it has not.

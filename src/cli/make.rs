@@ -18,7 +18,7 @@ use super::{
     progress::Progress,
     say,
 };
-use planisphere_core::text;
+use planisphere_io::text;
 use planisphere_io::{
     make::{Cloud, Lattice},
     npy::header as npy_header,

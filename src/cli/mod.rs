@@ -7,12 +7,10 @@ mod args;
 #[cfg(feature = "bench")]
 mod bench;
 mod ends;
-mod explain;
 mod info;
 mod make;
 mod merge;
 mod parse;
-mod planes;
 mod progress;
 mod render;
 mod signals;
@@ -37,13 +35,13 @@ use clap::{CommandFactory, Parser};
 
 #[cfg(feature = "bench")]
 use planisphere_bench::speed::BenchError;
-use planisphere_core::{depth::PlaneError, drawing::DrawError, part::merge::MergeError, text};
 use planisphere_io::{
     litter::Shield,
     load::{ChangedFile, LoadError, Watch},
     output::{OutputError, Target},
+    text,
 };
-use planisphere_renderer::DeviceError;
+use planisphere_renderer::Error;
 
 /// Why a command failed; each kind has its exit code.
 #[derive(Debug, thiserror::Error)]
@@ -66,18 +64,9 @@ enum Failure {
     /// Input that was changed by somebody else while it was in use.
     #[error("{0}")]
     Changed(#[from] ChangedFile),
-    /// No device.
-    #[error("{0}")]
-    Device(#[from] DeviceError),
-    /// A device that failed.
-    #[error("{0}")]
-    Draw(#[from] DrawError),
-    /// Ids that are not those of the picture: of parts that are damaged.
-    #[error("{0}")]
-    Plane(#[from] PlaneError),
-    /// Parts that do not fit together.
-    #[error("{0}")]
-    Merge(#[from] MergeError),
+    /// What the library says.
+    #[error("{}", words(.0))]
+    Library(#[from] Error),
     #[cfg(feature = "bench")]
     /// A check that did not come out as it must.
     #[error("{0}")]
@@ -98,14 +87,18 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_)
-            | Self::Memory(_)
-            | Self::Load(_)
-            | Self::Changed(_)
-            | Self::Merge(_)
-            | Self::Plane(_) => 2,
-            Self::Draw(DrawError::View(_)) => 2,
-            Self::Device(_) | Self::Draw(_) | Self::Threads(_) => 3,
+            Self::Usage(_) | Self::Memory(_) | Self::Load(_) | Self::Changed(_) => 2,
+            Self::Library(error) => match error {
+                Error::Write { .. } | Error::Io(_) => 4,
+                Error::NoDevice { .. }
+                | Error::Device { .. }
+                | Error::DeviceLost { .. }
+                | Error::Memory { .. }
+                | Error::Threads { .. }
+                | Error::Cancelled => 3,
+                _ => 2,
+            },
+            Self::Threads(_) => 3,
             #[cfg(feature = "bench")]
             Self::Check(_) => 1,
             #[cfg(feature = "bench")]
@@ -130,6 +123,18 @@ impl Failure {
             }
             other => format!("error: {}", text::lines(&other.to_string())),
         }
+    }
+}
+
+/// What the library says, with the options of this program in the place of its own words.
+fn words(error: &Error) -> String {
+    match error {
+        Error::NoDevice { words } => words.replace("the CPU needs", "`--device cpu` needs"),
+        Error::DeviceLost { words } => format!("the device failed: {words}"),
+        Error::Palette => "--palette: the picture has more than 256 colours, and a palette holds \
+                           no more; leave out --palette, and the same pixels are written as RGB"
+            .into(),
+        other => other.to_string(),
     }
 }
 

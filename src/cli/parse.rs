@@ -1,7 +1,6 @@
 //! Values of arguments: how they are written, and what is said of those that are not.
 
-use planisphere_core::camera::{ImageSize, MAX_SIDE, Region};
-use planisphere_renderer::Device;
+use planisphere_renderer::{Device, MAX_SIDE, Region};
 
 /// A count such as 1000000 or 1e6.
 pub(super) fn parse_count(text: &str) -> Result<usize, String> {
@@ -22,12 +21,12 @@ pub(super) fn parse_some(text: &str) -> Result<u32, String> {
     }
 }
 
-pub(super) fn parse_size(text: &str) -> Result<ImageSize, String> {
+pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let fix = || format!("write width x height in pixels, each 1 to {MAX_SIDE}, such as 1920x1080");
     let (width, height) = text.split_once(['x', 'X']).ok_or_else(fix)?;
     let side =
         |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fix);
-    Ok(ImageSize { width: side(width)?, height: side(height)? })
+    Ok([side(width)?, side(height)?])
 }
 
 pub(super) fn parse_region(text: &str) -> Result<Region, String> {
@@ -41,14 +40,8 @@ pub(super) fn parse_region(text: &str) -> Result<Region, String> {
     }
 }
 
-pub(super) fn parse_device(text: &str) -> Result<Device, String> {
-    match text.trim().to_ascii_lowercase().as_str() {
-        "auto" => Ok(Device::Auto),
-        "gpu" => Ok(Device::Gpu),
-        "cpu" => Ok(Device::Cpu),
-        "" => Err("write auto, gpu, cpu, or part of an adapter's name".into()),
-        _ => Ok(Device::Named(text.into())),
-    }
+pub(super) fn parse_device(text: &str) -> Result<Device, &'static str> {
+    text.parse()
 }
 
 #[cfg(feature = "bench")]

@@ -6,26 +6,23 @@ use serde::Serialize;
 
 use super::{
     Failure,
-    args::RenderRequest,
+    args::{RenderRequest, named},
     ends::Ends,
-    explain,
-    planes::{self, Indices, Picture, Spent},
     print,
     progress::Progress,
     say, unless_changed,
 };
-use planisphere_core::{
-    camera::{ImageSize, Region, View},
-    drawing::{Counts, Times},
-    exact::decide::Truth,
-    part::Meta,
-    text, unseen,
-};
 use planisphere_io::{
     load::{self, Copied, Loaded},
-    output::{self, Staged},
+    text,
 };
-use planisphere_renderer::{Device, Engine, Opened, PassedOver};
+#[cfg(feature = "gpu")]
+use planisphere_renderer::PassedOver;
+use planisphere_renderer::{
+    Camera, Error, Look, Plan, Region, Renderer, Request, Scene,
+    files::{Report, Step},
+    report::Counts,
+};
 
 /// What `--stats` prints. Fields are added, never changed, while `version` is 1.
 #[derive(Serialize)]
@@ -37,6 +34,9 @@ struct Stats<'a> {
     device_why: &'a str,
     /// Adapters that were looked at before and not taken.
     passed_over: Vec<Passed<'a>>,
+    /// What drew the picture, where that was not the device, and why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawn_by: Option<&'a str>,
     /// Columns and rows of the whole image.
     image: [u32; 2],
     /// Column, row, width and height of what was drawn.
@@ -87,56 +87,66 @@ pub(super) fn rounded(milliseconds: f64) -> f64 {
 }
 
 /// Does what was asked; `start` is when the program began.
-pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure> {
-    let text = if request.explain { Some("--explain") } else { request.stats.then_some("--stats") };
-    let mut ends = Ends::new(request.outputs.named(), text);
-    ends.reads(&request.scene);
+pub(super) fn run(asked: &RenderRequest, start: Instant) -> Result<(), Failure> {
+    let text = if asked.explain { Some("--explain") } else { asked.stats.then_some("--stats") };
+    let mut ends = Ends::new(named(&asked.sinks), text);
+    ends.reads(&asked.scene);
     ends.check()?;
     let mut times = Milliseconds::default();
 
     let step = Instant::now();
-    let subject = load(request, &mut ends)?;
+    let (loaded, request) = load(asked, &mut ends)?;
     times.load = milliseconds(step);
-    let Subject { loaded, view, region } = &subject;
-    let scene = &loaded.scene;
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));
-    let opened = Engine::open_telling(&request.device)?;
+    let renderer = Renderer::open(&asked.device)?;
     drop(progress);
     times.open = milliseconds(step);
-    say_device(&opened, &request.device);
-    let device_words = device_words(&opened, &request.device);
-    let Opened { mut device, why, passed_over } = opened;
+    say_device(&renderer);
 
-    let facts = explain::facts(request, scene, view, *region, &device, device_words);
-    if request.explain {
-        return unless_changed(&loaded.watch, || explain::print_lines(&facts, scene, view));
+    let plan = renderer.plan(&request, &asked.sinks);
+    if asked.explain {
+        return unless_changed(&loaded.watch, || explain(plan, &request, &renderer));
     }
-    explain::check_memory(&facts)?;
-    let (staged, drawn) = draw(request, &subject, &mut device)?;
-    times.drew(&drawn);
+    check_memory(&plan)?;
+    let mut progress = None;
+    let mut told = |step| {
+        // The line of the step before goes first.
+        drop(progress.take());
+        progress = Some(Progress::step(doing(step)));
+    };
+    let drawn = || Ok(renderer.render(&request, &asked.sinks, &mut told)?);
+    let (staged, report) = unless_changed(&loaded.watch, drawn)?;
+    drop(progress);
+    times.drew(&report);
 
     let (step, progress) = (Instant::now(), Progress::step("writing"));
     // Names may have come to lead elsewhere meanwhile.
     ends.check()?;
-    output::commit(staged)?.iter().for_each(|note| say(&format!("note: {note}")));
+    staged.commit()?.iter().for_each(|note| say(&format!("note: {note}")));
     drop(progress);
     times.write = milliseconds(step);
     times.total = milliseconds(start);
 
-    if !drawn.seen {
-        say_unseen(request, &subject);
+    if let Some(by) = &report.drawn_by {
+        say(&format!("note: drawn {by}"));
     }
-    if request.stats {
+    if !report.seen {
+        say_unseen(asked, &loaded, &request);
+    }
+    if asked.stats {
+        let [width, height] = request.size();
+        let Region { x, y, width: across, height: down } = request.drawn_region();
         let stats = Stats {
             version: 1,
-            scene: request.scene.display().to_string(),
-            device: device.description(),
-            device_why: &why,
-            passed_over: passed(&passed_over),
-            image: [view.image.width, view.image.height],
-            region: [region.x, region.y, region.width, region.height],
-            counts: &drawn.counts,
+            scene: asked.scene.display().to_string(),
+            device: renderer.device().into(),
+            device_why: renderer.why(),
+            passed_over: passed(&renderer),
+            drawn_by: report.drawn_by.as_deref(),
+            image: [width, height],
+            region: [x, y, across, down],
+            counts: &report.counts,
             copied: &loaded.copied,
             milliseconds: times,
         };
@@ -146,144 +156,146 @@ pub(super) fn run(request: &RenderRequest, start: Instant) -> Result<(), Failure
     Ok(())
 }
 
-/// What is drawn.
-struct Subject {
-    loaded: Loaded,
-    view: View,
-    region: Region,
-}
-
-/// Reads the scene, and says what is unusual about it.
-fn load(request: &RenderRequest, ends: &mut Ends) -> Result<Subject, Failure> {
+/// Reads the scene, says what is unusual about it, and makes it a request.
+fn load(asked: &RenderRequest, ends: &mut Ends) -> Result<(Loaded, Request), Failure> {
     let progress = Progress::step("loading");
-    let loaded = load::load(&request.scene)?;
-    let image = request.size.unwrap_or(loaded.image);
-    let region = region_inside(request.region, image)?;
-    let view = View::new(loaded.camera(image), image);
+    let mut loaded = load::load(&asked.scene)?;
+    if let Some([width, height]) = asked.size {
+        (loaded.image.width, loaded.image.height) = (width, height);
+    }
+    let size = [loaded.image.width, loaded.image.height];
+    let camera = Camera::try_from(loaded.camera(loaded.image)).map_err(Error::from)?;
+    let look = Look::new().background(loaded.background);
+    let mut request = Request::new(&Scene::from(&loaded), camera, size)?.look(look);
+    if let Some(region) = asked.region {
+        request = request.region(region_inside(region, size)?)?;
+    }
     loaded.files.iter().for_each(|path| ends.reads(path));
     ends.check()?;
     drop(progress);
     loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
-    Ok(Subject { loaded, view, region })
+    Ok((loaded, request))
 }
 
-/// What drawing has found in all bands, and how long it took.
-#[derive(Default)]
-struct Drawn {
-    counts: Counts,
-    times: Times,
-    spent: Spent,
-    /// Whether any sphere is seen.
-    seen: bool,
+/// What a step of drawing is called.
+pub(super) fn doing(step: Step) -> &'static str {
+    match step {
+        Step::Drawing => "drawing",
+        Step::Merging => "merging",
+        Step::Depths => "working out depths",
+        _ => "encoding",
+    }
 }
 
 impl Milliseconds {
     /// Notes what drawing has taken.
-    fn drew(&mut self, Drawn { times, spent, .. }: &Drawn) {
+    fn drew(&mut self, Report { times, depth, encode, .. }: &Report) {
         (self.prepare, self.render) = (rounded(times.prepare), rounded(times.render));
         (self.read_back, self.decide) = (rounded(times.read_back), rounded(times.decide));
-        (self.depth, self.encode) = (rounded(spent.depth), rounded(spent.encode));
+        (self.depth, self.encode) = (rounded(*depth), rounded(*encode));
     }
 }
 
-/// Draws all bands, and encodes what is wanted of them.
-fn draw(
-    request: &RenderRequest,
-    Subject { loaded, view, region }: &Subject,
-    device: &mut Engine,
-) -> Result<(Vec<Staged>, Drawn), Failure> {
-    let scene = &loaded.scene;
-    let first = request.first_index;
-    let ranges = if scene.is_empty() {
-        Vec::new()
-    } else {
-        std::iter::once(first..first + scene.len() as u64).collect()
+/// Looks at the spheres, and says what would run.
+fn explain(plan: Plan, request: &Request, renderer: &Renderer) -> Result<(), Failure> {
+    let threads = plan.threads().map_or(String::new(), |count| format!("; {count} threads"));
+    let device = device_words(renderer) + &threads;
+    let lines = plan.lines(request).into_iter().map(|(topic, words)| match topic {
+        "device" => (topic, device.clone()),
+        _ => (topic, words),
+    });
+    let words: String = lines.map(|(topic, words)| format!("{topic:<9}{words}\n")).collect();
+    print(&text::lines(&words))
+}
+
+/// Refuses, before anything is drawn, what cannot fit.
+fn check_memory(plan: &Plan) -> Result<(), Failure> {
+    match plan.shortage() {
+        None => Ok(()),
+        Some(shortage) => Err(too_much(shortage, plan.copies_spheres())),
+    }
+}
+
+/// That a picture does not fit; `copies`: the device keeps a copy of the spheres.
+fn too_much([needed, available]: [u64; 2], copies: bool) -> Failure {
+    let other = match copies {
+        true => "take --device cpu, which keeps no copy of the spheres",
+        false => "draw it in parts (--region with --visibility, then `planisphere merge`)",
     };
-    let meta = Meta {
-        view: *view,
-        region: *region,
-        background: loaded.background,
-        ranges,
-        bounds: (!scene.is_empty()).then(|| scene.bounds()),
-    };
-    let truth = Truth::new(view, scene.bounds());
-    let indices = Indices::From { first };
-    let picture = Picture { meta: &meta, scene, truth: &truth, indices, band: planes::BAND };
-    let mut drawn = Drawn::default();
-    let staged = unless_changed(&loaded.watch, || {
-        planes::write(&request.outputs, &picture, &mut drawn.spent, |band| {
-            let _progress = Progress::step("drawing");
-            let drawing = device.draw(scene, view, band)?;
-            if let Some(changed) = loaded.watch.changed() {
-                return Err(changed.into());
-            }
-            // Ends at the first sphere of the first band that has one.
-            drawn.seen = drawn.seen || drawing.ids.iter().any(|id| *id >= 0);
-            drawn.counts.add(&drawing.counts);
-            drawn.times.add(&drawing.times);
-            Ok(drawing.ids)
-        })
-    })?;
-    Ok((staged, drawn))
+    Failure::Memory(format!(
+        "this picture needs about {} of memory beside the scene, and {} is available; {other}, or \
+         free some memory",
+        text::bytes(needed),
+        text::bytes(available)
+    ))
 }
 
 /// Says that no sphere is seen, why, and what would help.
-fn say_unseen(request: &RenderRequest, Subject { loaded, view, region }: &Subject) {
-    let scene = &loaded.scene;
+fn say_unseen(asked: &RenderRequest, loaded: &Loaded, request: &Request) {
     // All parts of a picture have one camera: to change it for one of them would be no help.
-    let advice = match request.outputs.visibility {
+    let advice = match asked.sinks.part {
         Some(_) => None,
-        None => unseen::advice(scene, view, *region, loaded.wanted.is_some()),
+        None => request.advice(loaded.wanted.is_some()),
     };
     let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
-    say(&format!("note: nothing is seen: {}{advice}", unseen::why(scene, view, *region)));
+    say(&format!("note: nothing is seen: {}{advice}", request.why_empty()));
 }
 
 #[cfg(feature = "gpu")]
-fn passed<'a>(passed_over: &'a [PassedOver]) -> Vec<Passed<'a>> {
-    let passed = |other: &'a PassedOver| {
-        let PassedOver { adapter, hardware, why } = other;
-        Passed { adapter, hardware: *hardware, why }
-    };
-    passed_over.iter().map(passed).collect()
+fn passed(renderer: &Renderer) -> Vec<Passed<'_>> {
+    let mut passed = Vec::new();
+    for PassedOver { adapter, hardware, why } in renderer.passed_over() {
+        passed.push(Passed { adapter, hardware: *hardware, why });
+    }
+    passed
 }
 
 /// Without the GPU device no adapter is looked at.
 #[cfg(not(feature = "gpu"))]
-fn passed(_: &[PassedOver]) -> Vec<Passed<'_>> {
+fn passed(_: &Renderer) -> Vec<Passed<'_>> {
     Vec::new()
 }
 
 /// Which device was taken, and why.
-pub(super) fn device_words(opened: &Opened, choice: &Device) -> String {
-    let (device, why) = (opened.device.description(), &opened.why);
-    if opened.is_news(choice) {
-        format!("{device} ({why}; --device chooses another)")
-    } else {
-        format!("{device}, {why}")
+pub(super) fn device_words(renderer: &Renderer) -> String {
+    let (device, why) = (renderer.device(), renderer.why());
+    match renderer.is_news() {
+        true => format!("{device} ({why}; --device chooses another)"),
+        false => format!("{device}, {why}"),
     }
 }
 
 /// Says which device was taken, where that was not simply asked for.
-pub(super) fn say_device(opened: &Opened, choice: &Device) {
-    if opened.is_news(choice) {
-        say(&format!("device: {}", device_words(opened, choice)));
+pub(super) fn say_device(renderer: &Renderer) {
+    if renderer.is_news() {
+        say(&format!("device: {}", device_words(renderer)));
     }
 }
 
 /// The part of the image that was asked for, which must lie inside it.
-pub(super) fn region_inside(region: Option<Region>, image: ImageSize) -> Result<Region, Failure> {
-    let Some(region) = region else { return Ok(Region::whole(image)) };
+pub(super) fn region_inside(region: Region, [across, down]: [u32; 2]) -> Result<Region, Failure> {
+    let Region { x, y, width, height } = region;
     let inside =
         |from: u32, length: u32, side: u32| from.checked_add(length).is_some_and(|end| end <= side);
-    if inside(region.x, region.width, image.width) && inside(region.y, region.height, image.height)
-    {
+    if inside(x, width, across) && inside(y, height, down) {
         return Ok(region);
     }
-    let Region { x, y, width, height } = region;
     Err(Failure::Usage(format!(
-        "--region {x},{y},{width},{height} reaches beyond the image of {} x {} pixels; make it \
-         smaller or set --size",
-        image.width, image.height
+        "--region {x},{y},{width},{height} reaches beyond the image of {across} x {down} pixels; \
+         make it smaller or set --size"
     )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_fit_is_refused_with_both_numbers() {
+        let failure = too_much([3_200_000_000, 2_048_000_000], true);
+        let words = failure.to_string();
+        assert!(words.contains("3.2 GB") && words.contains("2.0 GB is available"), "{words}");
+        assert!(words.contains("--device cpu") && failure.exit_code() == 2, "{words}");
+        assert!(too_much([2, 1], false).to_string().contains("--region"));
+    }
 }

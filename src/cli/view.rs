@@ -7,7 +7,7 @@ use std::{
 
 use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say};
 use planisphere_io::load;
-use planisphere_renderer::Engine;
+use planisphere_renderer::Renderer;
 use planisphere_window::{Display, Shown, Start};
 
 /// Shows the window until it is closed.
@@ -21,14 +21,14 @@ pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     // through `std::env` if at all. No driver is loaded yet.
     let display = unsafe { Display::open(say)? };
     let progress = Progress::step("starting the device");
-    let opened = Engine::open_telling(&args.device)?;
+    let renderer = Renderer::open(&args.device)?;
     drop(progress);
-    say_device(&opened, &args.device);
+    say_device(&renderer);
     let stem = if args.scene == Path::new("-") { None } else { args.scene.file_stem() };
     let name = stem.map_or_else(|| "scene".into(), ToOwned::to_owned);
-    let image = args.size.unwrap_or(loaded.image);
+    let size = args.size.unwrap_or([loaded.image.width, loaded.image.height]);
     let Shown { result, drawing } =
-        display.show(Start { loaded, name, image, say, print }, opened.device);
+        display.show(Start { loaded, name, size, say, print }, renderer);
     let result = result.map_err(Failure::from);
     if drawing {
         leave(&result);

@@ -19,3 +19,5 @@ pub mod scenes;
 pub mod speed;
 pub mod statistics;
 pub mod table;
+
+pub use planisphere_core::camera::{ImageSize, View};

@@ -104,9 +104,23 @@ pub fn devices() -> Vec<Contender> {
 ///
 /// # Errors
 /// When it does not open.
-pub fn contender(argument: &str, choice: Device) -> Result<Contender, DeviceError> {
+pub fn contender(argument: &str, choice: Device) -> Result<Contender, BenchError> {
     let description = Engine::open(&choice)?.description();
     Ok(Contender { argument: argument.into(), choice, description })
+}
+
+/// Opens a device, and has it do next to nothing: the bare start-up.
+///
+/// # Errors
+/// When it does not open, or fails.
+pub fn open(choice: &Device) -> Result<(), BenchError> {
+    if let Engine::Gpu(mut hybrid) = Engine::open(choice)? {
+        let gpu = &mut hybrid.gpu;
+        let image = ImageSize { width: 8, height: 8 };
+        let made = Recipe::new(Kind::Uniform, 1).make(image);
+        Naive::new(gpu).draw(gpu, &made.scene, &View::new(made.camera, image))?;
+    }
+    Ok(())
 }
 
 /// Wall time and processor time of several repetitions, in milliseconds.

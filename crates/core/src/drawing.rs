@@ -214,19 +214,39 @@ pub struct Drawing {
 
 impl Drawing {
     /// Of no pixels yet, with room for those of a region. Every device begins here, so that all
-    /// refuse the same.
+    /// refuse the same. `ids` is memory that is used again; none of what it holds is kept.
     ///
     /// # Errors
     /// When the region of this view has no picture ([`View::check`]), or the room cannot be had.
-    pub fn new(scene: &Scene, view: &View, region: Region) -> Result<Self, DrawError> {
+    pub fn new(
+        scene: &Scene,
+        view: &View,
+        region: Region,
+        mut ids: Vec<i32>,
+    ) -> Result<Self, DrawError> {
         view.check(region)?;
         let spheres = scene.len();
         let pixels = region.pixels();
-        let mut ids = Vec::new();
+        ids.clear();
+        if ids.capacity() / 4 > pixels {
+            // Memory of a far larger picture is not held.
+            ids = Vec::new();
+        }
         ids.try_reserve_exact(pixels).map_err(|_| DrawError::no_room("ids", 4, pixels))?;
         let counts = Counts { spheres, pixels, ..Counts::default() };
         Ok(Self { region, ids, counts, times: Times::default() })
     }
+}
+
+/// What is to be drawn, as far as memory depends on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Workload {
+    /// Spheres of the scene.
+    pub spheres: usize,
+    /// What is drawn.
+    pub region: Region,
+    /// Entries of tile lists if nothing were hidden, or a bound of them.
+    pub entries: u64,
 }
 
 /// What a pass over spheres met.

@@ -245,6 +245,11 @@ impl Block {
         }
     }
 
+    /// Sphere `index` of this block.
+    pub fn sphere(&self, index: usize) -> Sphere {
+        Sphere { center: self.center(index), radius: self.radius(index), color: self.color(index) }
+    }
+
     /// Colour of sphere `index` of this block.
     pub fn color(&self, index: usize) -> [u8; 3] {
         match &self.colors {

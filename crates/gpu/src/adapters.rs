@@ -374,10 +374,9 @@ pub fn none(
     let install = match std::env::consts::OS {
         "linux" => {
             "a software device comes with mesa-vulkan-drivers (Debian, Ubuntu, Fedora) or \
-             vulkan-swrast (Arch); hardware needs its vendor's Vulkan driver; `--device cpu` \
-             needs neither"
+             vulkan-swrast (Arch); hardware needs its vendor's Vulkan driver; the CPU needs neither"
         }
-        _ => "install the graphics driver of the machine's vendor; `--device cpu` needs none",
+        _ => "install the graphics driver of the machine's vendor; the CPU needs none",
     };
     NoAdapter(format!("{wanted}; {tried}\n{install}"))
 }

@@ -88,6 +88,8 @@ pub struct Gpu {
     effort: Effort,
     control: Control,
     host: Host,
+    /// Memory for the next ids.
+    lent: Vec<i32>,
 }
 
 impl fmt::Debug for Gpu {
@@ -262,6 +264,7 @@ impl Gpu {
             effort,
             control: Control::new(),
             host: Host::default(),
+            lent: Vec::new(),
             shared,
         }
     }
@@ -282,6 +285,7 @@ impl Gpu {
             effort: self.effort,
             control: Control::new(),
             host: self.host,
+            lent: Vec::new(),
         }
     }
 
@@ -301,9 +305,21 @@ impl Gpu {
         self.shared.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// How much it takes at a time.
+    pub fn capacity(&self) -> plan::Capacity {
+        let Self { chunk, limits, .. } = *self;
+        let band = limits.tiles * plan::TILE_PIXELS;
+        plan::Capacity { software: self.is_software(), chunk, wave: limits.wave, band }
+    }
+
     /// Spheres in one buffer, and what one dispatch may hold.
-    pub fn capacity(&self) -> (usize, Limits) {
+    pub fn limits(&self) -> (usize, Limits) {
         (self.chunk, self.limits)
+    }
+
+    /// Lends memory, such as ids of a picture that is no longer needed, for the next ids.
+    pub fn lend(&mut self, ids: Vec<i32>) {
+        self.lent = ids;
     }
 
     /// Bytes of spheres that were sent, and dispatches, since the device was opened, by all
@@ -402,7 +418,7 @@ impl Gpu {
         match self.filter(scene, view, region, false)? {
             Answer::Drawn(drawing, _) => Ok(drawing),
             Answer::Unfit => {
-                let mut drawing = Drawing::new(scene, view, region)?;
+                let mut drawing = Drawing::new(scene, view, region, Vec::new())?;
                 drawing.ids.resize(region.pixels(), UNDECIDED);
                 Ok(drawing)
             }
@@ -423,13 +439,13 @@ impl Gpu {
         region: Region,
         decide: bool,
     ) -> Result<Answer, DrawError> {
-        let mut drawing = Drawing::new(scene, view, region)?;
+        let mut drawing = Drawing::new(scene, view, region, std::mem::take(&mut self.lent))?;
         let mut left = pool::enter(|| self.filter_into(scene, view, decide, &mut drawing));
         let no_room = matches!(left, Err(DrawError::Memory { .. }));
         if no_room && self.shared.kept.drop_others(scene.identity()) {
             self.guarded(|gpu| gpu.shared.tidy())?;
             drop(drawing);
-            drawing = Drawing::new(scene, view, region)?;
+            drawing = Drawing::new(scene, view, region, Vec::new())?;
             left = pool::enter(|| self.filter_into(scene, view, decide, &mut drawing));
         }
         Ok(left?.map_or(Answer::Unfit, |left| Answer::Drawn(drawing, left)))

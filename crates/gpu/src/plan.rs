@@ -17,6 +17,7 @@ use planisphere_core::{
     axes::Axes,
     camera::{MAX_SIDE, Projection, Region, View},
     cover,
+    drawing::Workload,
     ids::{Slot, SortedIndex, TileIndex},
     scene::Bounds,
     simd::LANES,
@@ -510,6 +511,38 @@ pub struct Limits {
     pub worth: usize,
     /// Entries of one tile in one pass, for the sake of [`ITERATIONS`].
     pub round: u32,
+}
+
+/// How much a device takes at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capacity {
+    /// Whether its memory is the host's.
+    pub software: bool,
+    /// Spheres in one buffer.
+    pub chunk: usize,
+    /// Entries of the host's lists at a time.
+    pub wave: usize,
+    /// Pixels drawn at a time.
+    pub band: usize,
+}
+
+/// Bytes of an entry of the host's lists, with its copy on the way to the device.
+const ENTRY: u64 = 40;
+
+impl Capacity {
+    /// Bytes of the host that drawing needs at most, beyond the scene and the ids. On the safe
+    /// side.
+    pub fn memory(&self, work: &Workload) -> u64 {
+        let entries = work.entries.min(self.wave as u64) * ENTRY;
+        let spheres = work.spheres as u64;
+        let band = work.region.pixels().min(self.band) as u64;
+        let driver = if self.software { 96 << 20 } else { 160 << 20 };
+        // A part of the order of the spheres (which is made only where twice as much as all of it
+        // is free, see `order`, and nothing is refused for its sake); on a software device their
+        // copy, and all that is known of pixels.
+        let copy = u64::from(self.software) * (16 * spheres + 20 * band);
+        entries + spheres * 12 + driver + 8 * band + copy
+    }
 }
 
 /// Mesa's software device ends the loops of an invocation after so many iterations in all, without

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
 /// Colours of ids: a sphere's own, the background's for -1.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Paint<'a> {
     /// Where the ids come from.
     pub scene: &'a Scene,

@@ -15,6 +15,9 @@
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 #![warn(missing_debug_implementations)]
 
+/// Names and lines, with what is unseen in them shown.
+pub use planisphere_core::text;
+
 #[cfg(any(feature = "files", feature = "read"))]
 pub mod identity;
 #[cfg(feature = "files")]

@@ -3,7 +3,7 @@
 //! This crate is the only one that knows both devices: a GPU says what it leaves, and [`Hybrid`]
 //! has the CPU draw it.
 
-use std::{sync::OnceLock, time::Instant};
+use std::{fmt, str::FromStr, sync::OnceLock, time::Instant};
 
 use planisphere_core::{
     camera::{Region, View},
@@ -37,10 +37,12 @@ pub fn host() -> Host {
     }
 }
 
-/// Which device to take.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Where to draw. The picture is the same on all devices.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Device {
-    /// A hardware GPU if there is one, else the CPU.
+    /// A hardware GPU if there is one, else the CPU; [`crate::Renderer::why`] says which and why.
+    #[default]
     Auto,
     /// Any adapter, the software one included.
     Gpu,
@@ -48,6 +50,33 @@ pub enum Device {
     Cpu,
     /// The adapter whose name contains this, in any case.
     Named(String),
+}
+
+/// As people write it: `auto`, `gpu`, `cpu`, or part of an adapter's name.
+impl fmt::Display for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Auto => "auto",
+            Self::Gpu => "gpu",
+            Self::Cpu => "cpu",
+            Self::Named(name) => name,
+        })
+    }
+}
+
+/// Read in any case; anything else is part of an adapter's name.
+impl FromStr for Device {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.trim().to_ascii_lowercase().as_str() {
+            "auto" => Ok(Self::Auto),
+            "gpu" => Ok(Self::Gpu),
+            "cpu" => Ok(Self::Cpu),
+            "" => Err("write auto, gpu, cpu, or part of an adapter's name"),
+            _ => Ok(Self::Named(text.into())),
+        }
+    }
 }
 
 /// Why there is no device.
@@ -66,6 +95,7 @@ impl From<NoAdapter> for DeviceError {
 }
 
 /// An opened device.
+#[derive(Debug)]
 pub enum Engine {
     /// The native path.
     Cpu(Box<Cpu>),
@@ -75,6 +105,7 @@ pub enum Engine {
 }
 
 /// A device that was opened, and why this one.
+#[derive(Debug)]
 pub struct Opened {
     /// The device.
     pub device: Engine,
@@ -94,7 +125,7 @@ impl Opened {
 }
 
 /// Why a device was taken that was asked for.
-const AS_ASKED: &str = "as asked for";
+pub(crate) const AS_ASKED: &str = "as asked for";
 
 /// Why there is no GPU where the feature was left out.
 #[cfg(not(feature = "gpu"))]
@@ -132,7 +163,7 @@ impl Engine {
         }
     }
 
-    fn cpu() -> Self {
+    pub(crate) fn cpu() -> Self {
         Self::Cpu(Box::new(Cpu::default().on(host())))
     }
 
@@ -160,7 +191,7 @@ impl Engine {
     }
 
     #[cfg(feature = "gpu")]
-    fn of(gpu: Gpu) -> Self {
+    pub(crate) fn of(gpu: Gpu) -> Self {
         Self::Gpu(Box::new(Hybrid::new(gpu)))
     }
 
@@ -170,6 +201,33 @@ impl Engine {
             Self::Cpu(_) => "cpu".into(),
             #[cfg(feature = "gpu")]
             Self::Gpu(hybrid) => hybrid.gpu.description(),
+        }
+    }
+
+    /// Lends memory for the next ids.
+    pub fn lend(&mut self, ids: Vec<i32>) {
+        match self {
+            Self::Cpu(cpu) => cpu.lend(ids),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(hybrid) => hybrid.lend(ids),
+        }
+    }
+
+    /// Whether the device is gone for good.
+    pub fn is_lost(&self) -> bool {
+        match self {
+            Self::Cpu(_) => false,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(hybrid) => hybrid.gpu.is_lost(),
+        }
+    }
+
+    /// Why the last drawing was left to the CPU as a whole, if it was.
+    pub fn stood_in(&self) -> Option<&str> {
+        match self {
+            Self::Cpu(_) => None,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(hybrid) => hybrid.stood_in(),
         }
     }
 

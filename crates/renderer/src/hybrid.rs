@@ -19,6 +19,7 @@ pub const REST: usize = 15;
 
 /// A GPU, and the CPU for what the GPU cannot draw or had better not: scenes whose numbers it
 /// cannot hold, and pictures in which nearly every pixel is hard.
+#[derive(Debug)]
 pub struct Hybrid {
     /// The GPU.
     pub gpu: Gpu,
@@ -31,7 +32,14 @@ pub struct Hybrid {
     resting: usize,
     /// [`Scene::identity`] of what was drawn last.
     drawn: Option<u64>,
+    /// Why the last drawing was left to the CPU as a whole, if it was.
+    stood_in: Option<&'static str>,
 }
+
+/// Why the CPU draws what a GPU cannot.
+const UNFIT: &str = "by the CPU: the GPU's numbers cannot hold this scene from this camera";
+/// Why the CPU draws what a GPU had better not.
+const HARD: &str = "by the CPU: most pixels are too close to call for the GPU's numbers";
 
 impl Hybrid {
     /// With an opened GPU.
@@ -39,13 +47,24 @@ impl Hybrid {
         gpu.on(host());
         let effort = cpu::Effort { order: gpu::Effort::default().order, ..cpu::Effort::default() };
         let cpu = Cpu::with(effort).on(host());
-        Self { gpu, cpu, control: Control::new(), effort, rest: REST, resting: 0, drawn: None }
+        let control = Control::new();
+        Self { gpu, cpu, control, effort, rest: REST, resting: 0, drawn: None, stood_in: None }
     }
 
     /// With other thresholds, to test that they do not show.
     pub fn set_effort(&mut self, gpu: gpu::Effort, cpu: cpu::Effort, rest: usize) {
         self.gpu.set_effort(gpu);
         (self.effort, self.rest, self.drawn) = (cpu, rest, None);
+    }
+
+    /// Lends memory for the next ids.
+    pub fn lend(&mut self, ids: Vec<i32>) {
+        self.gpu.lend(ids);
+    }
+
+    /// Why the last drawing was left to the CPU as a whole, if it was.
+    pub fn stood_in(&self) -> Option<&'static str> {
+        self.stood_in
     }
 
     /// Drawings end when this is cancelled.
@@ -71,15 +90,21 @@ impl Hybrid {
             self.cpu.controlled_by(&self.control);
             self.drawn = Some(scene.identity());
         }
+        self.stood_in = None;
         if self.resting > 0 {
             self.resting -= 1;
+            self.stood_in = Some(HARD);
             return self.draw_on_host(scene, view, region);
         }
         let (mut drawing, left) = match self.gpu.draw(scene, view, region)? {
             Answer::Drawn(drawing, left) => (drawing, left),
-            Answer::Unfit => return self.draw_on_host(scene, view, region),
+            Answer::Unfit => {
+                self.stood_in = Some(UNFIT);
+                return self.draw_on_host(scene, view, region);
+            }
         };
         if left == [region] {
+            self.stood_in = Some(HARD);
             self.resting = self.rest;
         }
         for band in left {

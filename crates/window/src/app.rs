@@ -34,7 +34,7 @@ use planisphere_core::{
     exact::decide::{Tally, Truth},
 };
 use planisphere_image::Paint;
-use planisphere_renderer::Engine;
+use planisphere_renderer::Renderer;
 
 /// What other threads send.
 pub(super) enum Message {
@@ -118,10 +118,10 @@ impl App {
     /// When there is no thread to draw with.
     pub fn new(
         start: Start,
-        device: Engine,
+        renderer: Renderer,
         proxy: EventLoopProxy<Message>,
     ) -> Result<Self, ViewError> {
-        let words = device.description();
+        let words = renderer.device().to_owned();
         let to_app = proxy.clone();
         let done = move |drawn| {
             // An event loop that is gone wants no picture.
@@ -130,9 +130,10 @@ impl App {
         let loaded = start.loaded.clone();
         // What panics because an array has changed under it is reported as that change.
         guard::excuse(move || arrays_changed(&loaded).is_some());
-        let painter = Painter::start(device, start.loaded.clone(), done)
+        let painter = Painter::start(renderer, start.loaded.clone(), done)
             .map_err(|error| ViewError::Window(format!("no thread to draw with: {error}")))?;
-        let (image, camera) = (start.image, start.loaded.camera(start.image));
+        let image = start.image();
+        let camera = start.loaded.camera(image);
         let mut app = Self {
             start,
             proxy,
@@ -189,9 +190,9 @@ impl App {
 
     /// The camera that the scene begins with, in a window of the present size.
     fn home(&self) -> Camera {
-        let Start { loaded, image, .. } = &self.start;
+        let Start { loaded, .. } = &self.start;
         match &loaded.fixed_camera {
-            Some(camera) => navigate::resized(camera, *image, self.image),
+            Some(camera) => navigate::resized(camera, self.start.image(), self.image),
             None => loaded.camera(self.image),
         }
     }
@@ -288,12 +289,12 @@ impl App {
         while let (Some(frame), Some(view)) = (&self.frame, self.screenshots.front())
             && frame.view == *view
         {
-            let Start { loaded, name, say, image, .. } = &self.start;
+            let Start { loaded, name, say, .. } = &self.start;
             let paint = Paint { scene: &loaded.scene, background: loaded.background };
             match screenshot::save(name, view, &frame.ids, &paint, || arrays_changed(loaded)) {
                 Ok(path) => {
                     say(&format!("saved {}", planisphere_core::text::name(path)));
-                    self.print_camera(&screenshot::table(view, *image));
+                    self.print_camera(&screenshot::table(view, self.start.image()));
                 }
                 Err(Unsaved::Output(error)) => say(&format!("error: {error}")),
                 Err(Unsaved::Changed(words)) => return self.freeze(words),
@@ -473,7 +474,7 @@ impl App {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<(), String> {
-        let ImageSize { mut width, mut height } = self.start.image;
+        let [mut width, mut height] = self.start.size;
         let monitor =
             event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
         if let Some(screen) =

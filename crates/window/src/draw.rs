@@ -8,7 +8,7 @@ use std::{
     io,
     panic::{self, AssertUnwindSafe},
     sync::{
-        Arc,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
         mpsc::{self, Sender},
     },
@@ -18,13 +18,9 @@ use std::{
 
 use rayon::prelude::*;
 
-use planisphere_core::{
-    camera::{Region, View},
-    drawing::{Control, DrawError},
-};
-use planisphere_image::Paint;
+use planisphere_core::camera::View;
 use planisphere_io::load::Loaded;
-use planisphere_renderer::Engine;
+use planisphere_renderer::{Camera, Error, Job, Look, Renderer, Request, Scene};
 
 /// How long a thread is waited for at the end; without a picture under way it ends at once.
 const LEAVE: Duration = Duration::from_millis(300);
@@ -52,7 +48,7 @@ pub(super) enum Drawn {
     /// which, in words.
     Changed(String),
     /// The device has failed.
-    Failed(DrawError),
+    Failed(Error),
     /// Drawing has panicked.
     Panicked(Box<dyn Any + Send>),
 }
@@ -61,7 +57,39 @@ pub(super) enum Drawn {
 pub(super) struct Painter {
     jobs: Sender<View>,
     thread: JoinHandle<()>,
-    control: Control,
+    stop: Arc<Stop>,
+}
+
+/// Ends the picture under way, and those to come.
+#[derive(Default)]
+struct Stop {
+    stopped: AtomicBool,
+    /// Ends the picture under way.
+    now: Mutex<Option<Box<dyn Fn() + Send>>>,
+}
+
+impl Stop {
+    fn now(&self) -> MutexGuard<'_, Option<Box<dyn Fn() + Send>>> {
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn stop(&self) {
+        self.stopped.store(true, Ordering::SeqCst);
+        if let Some(cancel) = &*self.now() {
+            cancel();
+        }
+    }
+
+    /// Waits for a picture that can be stopped meanwhile.
+    fn wait<T: Send + 'static>(&self, job: Job<T>) -> Result<T, Error> {
+        *self.now() = Some(Box::new(job.canceller()));
+        if self.stopped.load(Ordering::SeqCst) {
+            return Err(Error::Cancelled);
+        }
+        let result = panic::catch_unwind(AssertUnwindSafe(|| job.wait()));
+        *self.now() = None;
+        result.unwrap_or_else(|payload| panic::resume_unwind(payload))
+    }
 }
 
 impl Painter {
@@ -70,24 +98,26 @@ impl Painter {
     /// # Errors
     /// When there is no thread to be had.
     pub fn start(
-        mut device: Engine,
+        renderer: Renderer,
         loaded: Loaded,
         done: impl Fn(Drawn) + Send + 'static,
     ) -> io::Result<Self> {
         let (jobs, queue) = mpsc::channel();
-        let control = Control::new();
-        device.controlled_by(&control);
-        let drawing = Arc::<AtomicBool>::default();
-        look(&loaded, &drawing, control.clone());
+        let (stop, drawing) = (Arc::<Stop>::default(), Arc::<AtomicBool>::default());
+        look(&loaded, &drawing, Arc::clone(&stop));
+        let theirs = Arc::clone(&stop);
+        let scene = Scene::from(&loaded);
         let thread = thread::Builder::new().name("drawing".into()).spawn(move || {
             while let Ok(view) = queue.recv() {
                 drawing.store(true, Ordering::Relaxed);
-                let drawn = draw_unless_changed(&mut device, &loaded, view);
+                let drawn = draw_unless_changed(&loaded, || {
+                    draw(&renderer, &scene, &theirs, &loaded, view)
+                });
                 drawing.store(false, Ordering::Relaxed);
                 done(drawn);
             }
         })?;
-        Ok(Self { jobs, thread, control })
+        Ok(Self { jobs, thread, stop })
     }
 
     /// Begins a picture. One at a time: the next when this one is done.
@@ -99,9 +129,9 @@ impl Painter {
     /// Ends the thread, and the picture that is under way. Answers whether it still is after a
     /// moment: then it is not waited for.
     pub fn end(self) -> bool {
-        let Self { jobs, thread, control } = self;
+        let Self { jobs, thread, stop } = self;
         drop(jobs);
-        control.cancel();
+        stop.stop();
         let start = Instant::now();
         while !thread.is_finished() {
             if start.elapsed() > LEAVE {
@@ -122,7 +152,7 @@ pub(super) fn arrays_changed(loaded: &Loaded) -> Option<String> {
 
 /// Cancels, by another thread, the picture under way while which an array changes: one of changed
 /// numbers can take for ever. Where there is no thread to be had, it is not cut short.
-fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, control: Control) {
+fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, stop: Arc<Stop>) {
     if loaded.watch.is_empty() {
         return;
     }
@@ -131,7 +161,7 @@ fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, control: Control) {
         while let Some(drawing) = drawing.upgrade() {
             if drawing.load(Ordering::Relaxed) && arrays_changed(&loaded).is_some() {
                 // No other picture can be drawn after it.
-                return control.cancel();
+                return stop.stop();
             }
             drop(drawing);
             thread::sleep(LOOK);
@@ -140,11 +170,11 @@ fn look(loaded: &Loaded, drawing: &Arc<AtomicBool>, control: Control) {
 }
 
 /// Draws; whatever comes of it is worth nothing if an array has changed by then.
-fn draw_unless_changed(device: &mut Engine, loaded: &Loaded, view: View) -> Drawn {
+fn draw_unless_changed(loaded: &Loaded, draw: impl FnOnce() -> Result<Frame, Error>) -> Drawn {
     if let Some(words) = arrays_changed(loaded) {
         return Drawn::Changed(words);
     }
-    let drawn = panic::catch_unwind(AssertUnwindSafe(|| draw(device, loaded, view)));
+    let drawn = panic::catch_unwind(AssertUnwindSafe(draw));
     match (arrays_changed(loaded), drawn) {
         (Some(words), _) => Drawn::Changed(words),
         (None, Ok(Ok(frame))) => Drawn::Frame(frame),
@@ -154,13 +184,22 @@ fn draw_unless_changed(device: &mut Engine, loaded: &Loaded, view: View) -> Draw
     }
 }
 
-fn draw(device: &mut Engine, loaded: &Loaded, view: View) -> Result<Frame, DrawError> {
+fn draw(
+    renderer: &Renderer,
+    scene: &Scene,
+    stop: &Stop,
+    loaded: &Loaded,
+    view: View,
+) -> Result<Frame, Error> {
     let start = Instant::now();
-    let Loaded { scene, background, .. } = loaded;
-    let ids = device.draw(scene, &view, Region::whole(view.image))?.ids;
-    let paint = Paint { scene, background: *background };
-    let colors = paint.colors(&ids).map_err(|error| DrawError::Device(error.to_string()))?;
-    let pixels = colors.par_iter().map(|&color| packed(color)).collect();
+    let camera = Camera::try_from(view.camera)?;
+    let look = Look::new().background(loaded.background);
+    let request = Request::new(scene, camera, [view.image.width, view.image.height])?.look(look);
+    let job = renderer.start_with(request, |picture| {
+        let (rgba, ids, _) = picture.into_planes();
+        Ok((rgba.par_iter().map(|&[r, g, b, _]| packed([r, g, b])).collect(), ids))
+    });
+    let (pixels, ids) = stop.wait(job)?;
     Ok(Frame { view, ids, pixels, milliseconds: start.elapsed().as_secs_f64() * 1e3 })
 }
 

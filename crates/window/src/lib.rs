@@ -1,6 +1,6 @@
 //! The window: a scene that is looked at from all sides.
 //!
-//! Only this module names winit and softbuffer. Pictures come from the same [`Engine::draw`] and
+//! Only this module names winit and softbuffer. Pictures come from the same [`Renderer`] and
 //! `planisphere_io::png` as files, and are put into the window as they are: every device shows
 //! through the same code, no driver is needed, and a screenshot is the file that `render` would
 //! write. Nothing here prints: what is to be said goes to the caller's functions.
@@ -33,9 +33,9 @@ use winit::{
 
 pub use keys::KEYS;
 
-use planisphere_core::{camera::ImageSize, drawing::DrawError};
+use planisphere_core::camera::ImageSize;
 use planisphere_io::load::Loaded;
-use planisphere_renderer::Engine;
+use planisphere_renderer::{Error, Renderer};
 
 /// What is left without a display.
 const FIX: &str = "use `planisphere render`, which draws into a file and needs no display";
@@ -55,13 +55,19 @@ pub struct Start {
     /// Name of the scene, without folder and ending: the title, and the beginning of the
     /// screenshots' names.
     pub name: OsString,
-    /// Size of the picture, as [`planisphere_core::camera::View`] takes it: the window begins with
-    /// it, or smaller if the screen is.
-    pub image: ImageSize,
+    /// Columns and rows of the picture: the window begins with it, or smaller if the screen is.
+    pub size: [u32; 2],
     /// Takes what is to be said to people.
     pub say: fn(&str),
     /// Takes cameras, which are data.
     pub print: fn(&str) -> io::Result<()>,
+}
+
+impl Start {
+    fn image(&self) -> ImageSize {
+        let [width, height] = self.size;
+        ImageSize { width, height }
+    }
 }
 
 /// How a window ended.
@@ -100,7 +106,7 @@ pub enum ViewError {
     Destroyed,
     /// The device failed.
     #[error("{0}")]
-    Draw(#[from] DrawError),
+    Draw(#[from] Error),
 }
 
 /// A connection to a display: proof that there is one, before anything slow is begun.
@@ -125,8 +131,8 @@ impl Display {
     }
 
     /// Shows the window until it is closed.
-    pub fn show(self, start: Start, device: Engine) -> Shown {
-        self.0.show(start, device)
+    pub fn show(self, start: Start, renderer: Renderer) -> Shown {
+        self.0.show(start, renderer)
     }
 }
 
@@ -150,9 +156,9 @@ impl Desktop {
         Err(ViewError::NoDisplay(format!("the system was asked: {words}")))
     }
 
-    fn show(self, start: Start, device: Engine) -> Shown {
+    fn show(self, start: Start, renderer: Renderer) -> Shown {
         let Self(event_loop) = self;
-        let app = match app::App::new(start, device, event_loop.create_proxy()) {
+        let app = match app::App::new(start, renderer, event_loop.create_proxy()) {
             Ok(app) => app,
             Err(error) => return Shown { result: Err(error), drawing: false },
         };

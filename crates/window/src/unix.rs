@@ -26,7 +26,7 @@ use super::{
     session::{self, Session},
     x11::{Fate, Server, present::Trouble},
 };
-use planisphere_renderer::Engine;
+use planisphere_renderer::Renderer;
 
 /// How long winit may take to connect to a display that has answered.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -50,7 +50,7 @@ enum News {
 
 /// A connection to a display.
 pub(super) struct Desktop {
-    orders: Sender<(Start, Engine)>,
+    orders: Sender<(Start, Renderer)>,
     news: Receiver<News>,
     /// The X server, and the window once there is one.
     server: Option<Arc<Server>>,
@@ -88,8 +88,8 @@ impl Desktop {
     }
 
     /// Shows the window until it is closed.
-    pub fn show(self, start: Start, device: Engine) -> Shown {
-        let last = match self.orders.send((start, device)) {
+    pub fn show(self, start: Start, renderer: Renderer) -> Shown {
+        let last = match self.orders.send((start, renderer)) {
             Ok(()) => self.news.recv().unwrap_or(News::Lost),
             // Lost while nobody listened.
             Err(_) => self.news.try_recv().unwrap_or(News::Lost),
@@ -144,7 +144,7 @@ impl From<Trouble> for ViewError {
 /// What the window's thread begins with.
 struct Thread {
     tell: Sender<News>,
-    work: Receiver<(Start, Engine)>,
+    work: Receiver<(Start, Renderer)>,
     server: Option<Arc<Server>>,
     window: Arc<AtomicU32>,
 }
@@ -173,10 +173,10 @@ impl Thread {
             Err(error) => return News::Broken(super::reason(&error.to_string()).to_owned()),
         };
         let _ = self.tell.send(News::Connected);
-        let Ok((start, device)) = self.work.recv() else { return News::Lost };
+        let Ok((start, renderer)) = self.work.recv() else { return News::Lost };
         let server =
             self.server.as_ref().map(|server| (Arc::clone(server), Arc::clone(&self.window)));
-        let app = match App::new(start, device, event_loop.create_proxy()) {
+        let app = match App::new(start, renderer, event_loop.create_proxy()) {
             Ok(app) => app.on_x(server),
             Err(error) => return News::Ended(Shown { result: Err(error), drawing: false }),
         };

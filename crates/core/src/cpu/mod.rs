@@ -22,10 +22,10 @@ use crate::{
     bins::{Binner, Entry, Keep, MOST_SHIFT, Window, Workspace, split},
     camera::{Region, View},
     cover::{BLOCK, Cover},
-    drawing::{Control, DrawError, Drawing, Met},
+    drawing::{Control, DrawError, Drawing, Met, Workload},
     exact::decide::Truth,
     host::Host,
-    order::{GROUP, Kept, Ordered, has_room},
+    order::{BYTES, GROUP, Kept, Ordered, has_room},
     pool,
     scene::Scene,
     tile::{Exact, Mode},
@@ -43,7 +43,9 @@ const BLOCKS: usize = Tile::BLOCKS;
 /// About how many entries one wave has at most; each takes 84 bytes while the lists are made, 40
 /// after.
 pub const WAVE: usize = 1 << 18;
-// `cli::explain` counts memory so: an entry, its key, and its copy in the list.
+/// Bytes of an entry while lists are made and sorted.
+const ENTRY: u64 = 124;
+// An entry, its key, and its copy in the list; and room to grow.
 const _: () = assert!(size_of::<Entry>() == 40 && 2 * 40 + size_of::<u32>() == 84);
 /// Pixels of a band at most: its state is 12 bytes a pixel when there are several waves.
 pub const BAND: usize = 4 << 20;
@@ -86,6 +88,8 @@ pub struct Cpu {
     groups: Workspace<Group>,
     control: Control,
     host: Host,
+    /// Memory for the next ids.
+    lent: Vec<i32>,
 }
 
 impl fmt::Debug for Cpu {
@@ -116,9 +120,14 @@ impl Cpu {
         Self { host, ..self }
     }
 
-    /// Drawings end when this is cancelled.
+    /// Drawings end when this is cancelled, and tell it how far they are.
     pub fn controlled_by(&mut self, control: &Control) {
         self.control = control.clone();
+    }
+
+    /// Lends memory, such as ids of a picture that is no longer needed, for the next ids.
+    pub fn lend(&mut self, ids: Vec<i32>) {
+        self.lent = ids;
     }
 
     /// Finds out whether the scene is worth ordering, and orders it. None if it is not in order,
@@ -177,7 +186,7 @@ impl Cpu {
         view: &View,
         region: Region,
     ) -> Result<Drawing, DrawError> {
-        let mut drawing = Drawing::new(scene, view, region)?;
+        let mut drawing = Drawing::new(scene, view, region, std::mem::take(&mut self.lent))?;
         pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing))?;
         Ok(drawing)
     }
@@ -381,6 +390,22 @@ pub const SAMPLED: usize = 1 << 17;
 /// How often the boxes of the front spheres cover a tile, by a sample, before a second pass looks
 /// at the rest: little shows through eight layers.
 const LAYERS: u64 = 8;
+
+/// Bytes that drawing needs at most, beyond the scene and the ids. On the safe side.
+pub fn memory(work: &Workload) -> u64 {
+    let entries = work.entries.min(WAVE as u64) * ENTRY;
+    // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes
+    // several turns.
+    let turns = work.spheres >= SAMPLED || work.entries > WAVE as u64;
+    let state = u64::from(turns) * 24 * work.region.pixels().min(BAND) as u64;
+    entries + state + u64::from(in_order(work)) * BYTES * work.spheres as u64
+}
+
+/// Whether a first picture is drawn from a scene in order, as its spheres are looked at for each of
+/// several bands.
+pub fn in_order(work: &Workload) -> bool {
+    work.spheres >= ORDERED && work.region.pixels().div_ceil(BAND) > BANDS
+}
 
 /// For each tile, a depth before which several layers of spheres begin, by a sample; infinite if
 /// there are not as many. A guess: it decides only the order of work.

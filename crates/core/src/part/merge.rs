@@ -23,7 +23,7 @@ use crate::{
     depth::{Lens, Shown},
     exact::decide::{Hit, Tally, Truth},
     project::{BATCH, Batch, Projector},
-    scene::{Ball, Block, Bounds, Colors, Radii, Reals, Scene, SceneError, Sphere},
+    scene::{Ball, Block, Bounds, Colors, Radii, Reals, Scene, SceneError},
 };
 
 /// Why parts cannot be merged.
@@ -263,12 +263,7 @@ impl<'a> Merge<'a> {
             (vec![], None, vec![], vec![], vec![]);
         for (index, number, slot) in all {
             let (part, at) = (&parts[number as usize], slot as usize);
-            let block = &part.spheres;
-            let sphere = Sphere {
-                center: block.center(at),
-                radius: block.radius(at),
-                color: block.color(at),
-            };
+            let sphere = part.spheres.sphere(at);
             match first_of {
                 Some((other, earlier, known)) if other == index => {
                     if known != sphere {

@@ -58,6 +58,7 @@ pub struct Pixel {
 }
 
 /// The pixels of a part, as records in the bytes of its file.
+#[derive(Clone, Debug)]
 pub struct Pixels {
     /// The records.
     pub bytes: Bytes,
@@ -89,6 +90,7 @@ impl Pixels {
 }
 
 /// A part that was read.
+#[derive(Clone, Debug)]
 pub struct Part {
     /// Its file, for messages.
     pub name: String,
@@ -104,7 +106,7 @@ pub struct Part {
 
 impl Part {
     /// The pixels of columns of a row of the image, which must lie in the region.
-    fn row(&self, row: u32, columns: Range<u32>) -> impl Iterator<Item = Pixel> + '_ {
+    pub fn row(&self, row: u32, columns: Range<u32>) -> impl Iterator<Item = Pixel> + '_ {
         let Region { x, y, width, .. } = self.meta.region;
         let start = (row - y) as usize * width as usize;
         self.pixels

@@ -192,7 +192,7 @@ mod tests {
     fn errors_say_where() {
         let place = |error: &LoadError| (error.line(), error.column());
         let text = "# a comment\n[[sphere]]\ncenter = [0, 0, 0]\nradius = -1\n";
-        let error = from_text("here", text, Path::new("")).err().expect("a radius below 0");
+        let error = from_text("here", text, Path::new("")).expect_err("a radius below 0");
         assert_eq!((error.path(), place(&error)), (None, (Some(4), Some(10))));
         assert!(error.render(false).contains("here:4:10"), "{error}");
 
@@ -200,7 +200,7 @@ mod tests {
         let scene = folder.path().join("scene.toml");
         let failed = |text: &str| {
             fs::write(&scene, text).unwrap();
-            load(&scene).err().expect("no scene")
+            load(&scene).expect_err("no scene")
         };
         // An array that is not there, at the end of a line that is shown in part.
         let blanks = " ".repeat(300);
@@ -211,7 +211,7 @@ mod tests {
         let error = failed("");
         assert_eq!((error.path(), place(&error)), (Some(&*scene), (None, None)));
         let nowhere = folder.path().join("nowhere.toml");
-        let error = load(&nowhere).err().expect("no file");
+        let error = load(&nowhere).expect_err("no file");
         assert_eq!((error.path(), place(&error)), (Some(&*nowhere), (None, None)));
     }
 }

@@ -333,7 +333,10 @@ mod tests {
         let ids: Vec<&[u8]> = records.map(|record| &record[..4]).collect();
         assert_eq!(ids, [40i32, -1, 40, -1].map(i32::to_le_bytes));
 
-        let refused = |bytes: Vec<u8>| read("left", bytes.into()).err().expect("no part");
+        let refused = |bytes: Vec<u8>| match read("left", bytes.into()) {
+            Ok(_) => panic!("that is no part"),
+            Err(error) => error,
+        };
         let empty = refused(Vec::new());
         assert_eq!(empty.problem, PartProblem::Damaged("is empty".into()));
         assert_eq!(

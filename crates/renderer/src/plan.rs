@@ -1,25 +1,26 @@
 //! What a picture will take, before it is drawn: what runs, what is skipped and why, and how much
 //! memory that needs.
 //!
-//! [`survey`] looks at the scene, [`Facts`] say the rest, and all else here is pure: [`lines`] puts
-//! the facts into words, and [`memory`] adds them up. `render --explain` prints the words, and
-//! `render` does not begin what cannot fit.
+//! [`Renderer::plan`] knows all but the spheres, and [`survey`] looks at these. [`Plan::lines`]
+//! puts it into words, and [`Plan::memory`] adds up what the devices say of their own.
 
 use planisphere_core::{
     bins::Binner,
     camera::{ImageSize, Projection, Region},
     cpu,
+    drawing::Workload,
     exact::decide::Truth,
-    order,
     project::{BATCH, Batch},
     scene::Scene,
     text,
 };
 
+use crate::{Renderer, Request, files::Sinks, renderer::BAND};
+
 /// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene,
 /// by proportion where not all were looked at.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Survey {
+pub(crate) struct Survey {
     /// One batch of 64 spheres in so many was looked at; 1: all.
     pub step: usize,
     /// Spheres that no pixel's ray can meet: off the screen, outside the clip range, or between the
@@ -40,7 +41,7 @@ pub struct Survey {
 
 /// Looks at the spheres of a scene (at about `most` of them) as the tiles of a region have them,
 /// with sides of `1 << shift` pixels.
-pub fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: usize) -> Survey {
+fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: usize) -> Survey {
     let step = scene.len().div_ceil(most.max(BATCH));
     let step = step.max(1);
     let Binner { projector, grid, .. } = Binner::new(scene, truth, region, shift);
@@ -92,109 +93,164 @@ pub fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: us
 
 /// What draws.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Means {
-    /// The native device.
+pub(crate) enum Means {
+    /// The native device, on so many threads.
     Cpu {
         /// Threads.
         threads: usize,
-        /// From this many spheres on it draws the front ones first.
-        sampled: usize,
-        /// From this many spheres on it orders what it draws several times.
-        ordered: usize,
     },
-    #[cfg_attr(not(feature = "gpu"), expect(dead_code, reason = "there is no such device"))]
     /// wgpu.
-    Gpu {
-        /// Its memory is the host's.
-        software: bool,
-        /// Spheres in one buffer.
-        chunk: usize,
-    },
+    #[cfg(feature = "gpu")]
+    Gpu(planisphere_gpu::plan::Capacity),
 }
 
-/// Everything that decides what runs.
+/// What drawing a request takes, before any work: what runs, what is skipped and why, and how much
+/// memory that needs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Facts {
-    /// What draws.
-    pub engine: Means,
+pub struct Plan {
+    means: Means,
     /// The device in words, and why it was taken.
-    pub device: String,
-    /// Number of spheres.
-    pub spheres: usize,
+    device: String,
+    spheres: usize,
     /// The whole image.
-    pub image: ImageSize,
+    image: ImageSize,
     /// What is drawn of it.
-    pub region: Region,
-    /// How rays run.
-    pub projection: Projection,
+    region: Region,
+    projection: Projection,
     /// Clip planes, world units.
-    pub planes: [f64; 2],
+    planes: [f64; 2],
     /// Side of a tile, pixels.
-    pub tile: u32,
-    /// Entries of tile lists in memory at a time, and bytes of each.
-    pub wave: [usize; 2],
+    tile: u32,
+    /// Entries of tile lists in memory at a time.
+    wave: usize,
     /// Pixels that the device draws at a time.
-    pub band: usize,
+    band: usize,
     /// Pixels of the planes that lie in memory at a time: a larger picture is written as it is
     /// drawn.
-    pub held: usize,
+    held: usize,
     /// Whether a PNG is asked for.
-    pub picture: bool,
+    picture: bool,
     /// Whether that has a palette: the ids of all pixels wait for the last.
-    pub palette: bool,
+    palette: bool,
     /// Whether ids are.
-    pub ids: bool,
+    ids: bool,
     /// Whether depths are.
-    pub depth: bool,
+    depth: bool,
     /// Whether what merging needs is.
-    pub visibility: bool,
+    part: bool,
     /// What a look at the spheres told.
-    pub survey: Survey,
+    survey: Survey,
 }
 
-/// Bytes that a picture needs beyond the scene itself (whose mapped files the system may drop and
-/// read again). On the safe side.
-pub fn memory(facts: &Facts) -> u64 {
-    let pixels = facts.region.pixels().min(facts.held) as u64;
-    let spheres = facts.spheres as u64;
-    let entries = facts.survey.entries.min(facts.wave[0] as u64) * facts.wave[1] as u64;
-    // The program, its threads, an encoder's buffers, and bytes that wait in memory to be written.
-    let base = 32 << 20;
-    let waiting = if facts.palette { facts.region.pixels() as u64 - pixels } else { 0 };
-    let ids = 4 * (pixels + waiting);
-    let planes = ids
-        + 4 * pixels * u64::from(facts.depth)
-        + u64::from(facts.visibility) * ((16 << 20) + spheres / 8);
-    let device = match facts.engine {
-        // What is known of each pixel: a depth or two and a sphere, 24 bytes, where drawing takes
-        // several turns.
-        Means::Cpu { sampled, .. } => {
-            let turns = facts.spheres >= sampled || facts.survey.entries > facts.wave[0] as u64;
-            let state = u64::from(turns) * 24 * facts.region.pixels().min(facts.band) as u64;
-            state + u64::from(in_order(facts)) * order::BYTES * spheres
+impl Renderer {
+    /// What drawing a request into some sinks takes, before any work. It does not look at the
+    /// spheres: see [`Plan::lines`].
+    pub fn plan(&self, request: &Request, sinks: &Sinks) -> Plan {
+        let view = request.view();
+        let region = request.region;
+        let means = self.means();
+        let (tile, wave, band) = match &means {
+            Means::Cpu { .. } => (1 << cpu::shift(region), cpu::WAVE, cpu::BAND),
+            #[cfg(feature = "gpu")]
+            Means::Gpu(capacity) => (planisphere_gpu::plan::TILE, capacity.wave, capacity.band),
+        };
+        let spheres = request.scene.len();
+        // Every sphere in every tile is the most there can be.
+        let tiles =
+            u64::from(region.width.div_ceil(tile)) * u64::from(region.height.div_ceil(tile));
+        let survey = Survey { entries: tiles.saturating_mul(spheres as u64), ..Survey::default() };
+        let device = format!("{} ({})", self.device(), self.why());
+        Plan {
+            means,
+            device,
+            spheres,
+            image: view.image,
+            region,
+            projection: view.camera.projection,
+            planes: [view.camera.near, view.camera.far],
+            tile,
+            wave,
+            band,
+            held: BAND,
+            picture: sinks.picture.is_some(),
+            palette: sinks.palette,
+            ids: sinks.ids.is_some(),
+            depth: sinks.depth.is_some(),
+            part: sinks.part.is_some(),
+            survey,
         }
-        // A part of the order of the spheres (which is made only where twice as much as all of it
-        // is free, see `order`, and nothing is refused for its sake); on a software device their
-        // copy, and all that is known of pixels.
-        Means::Gpu { software, .. } => {
-            let band = facts.region.pixels().min(facts.band) as u64;
-            let driver = if software { 96 << 20 } else { 160 << 20 };
-            spheres * 12 + driver + 8 * band + u64::from(software) * (16 * spheres + 20 * band)
-        }
-    };
-    base + planes + entries + device
+    }
 }
 
-/// Whether the native device puts the spheres in order, as they are looked at for each of several
-/// bands.
-fn in_order(facts: &Facts) -> bool {
-    matches!(facts.engine, Means::Cpu { ordered, .. } if facts.spheres >= ordered)
-        && facts.region.pixels().div_ceil(facts.band) > cpu::BANDS
+impl Plan {
+    fn workload(&self) -> Workload {
+        Workload { spheres: self.spheres, region: self.region, entries: self.survey.entries }
+    }
+
+    /// Bytes that a picture needs beyond the scene itself (whose mapped files the system may drop
+    /// and read again). On the safe side.
+    pub fn memory(&self) -> u64 {
+        let pixels = self.region.pixels().min(self.held) as u64;
+        // The program, its threads, an encoder's buffers, and bytes that wait in memory to be
+        // written.
+        let base = 32 << 20;
+        let waiting = if self.palette { self.region.pixels() as u64 - pixels } else { 0 };
+        let ids = 4 * (pixels + waiting);
+        let part = (16 << 20) + self.spheres as u64 / 8;
+        let planes = ids + 4 * pixels * u64::from(self.depth) + part * u64::from(self.part);
+        let work = self.workload();
+        let device = match &self.means {
+            Means::Cpu { .. } => cpu::memory(&work),
+            #[cfg(feature = "gpu")]
+            Means::Gpu(capacity) => capacity.memory(&work),
+        };
+        base + planes + device
+    }
+
+    /// Threads that draw, of native code.
+    pub fn threads(&self) -> Option<usize> {
+        match self.means {
+            Means::Cpu { threads } => Some(threads),
+            #[cfg(feature = "gpu")]
+            Means::Gpu(_) => None,
+        }
+    }
+
+    /// Whether the memory that a picture needs is that of a software device, which keeps a copy of
+    /// the spheres.
+    pub fn copies_spheres(&self) -> bool {
+        match &self.means {
+            Means::Cpu { .. } => false,
+            #[cfg(feature = "gpu")]
+            Means::Gpu(capacity) => capacity.software,
+        }
+    }
+
+    /// Bytes that are needed, and bytes that there are, where it does not fit.
+    pub fn shortage(&self) -> Option<[u64; 2]> {
+        let needed = self.memory();
+        // What needs no more than this is not worth asking the system.
+        const SMALL: u64 = 64 << 20;
+        let available = (needed > SMALL).then(planisphere_memory::available).flatten()?;
+        (needed > available).then_some([needed, available])
+    }
+
+    /// Looks at the spheres, and puts into words what would run: topics, and what there is to say
+    /// of each.
+    pub fn lines(mut self, request: &Request) -> Vec<(&'static str, String)> {
+        let (scene, view) = (request.scene.core(), request.view());
+        let truth = Truth::new(&view, scene.bounds());
+        self.survey = survey(scene, &truth, self.region, self.tile.trailing_zeros(), LOOK);
+        lines(&self)
+    }
 }
+
+/// Spheres that are looked at for an explanation.
+const LOOK: usize = 1 << 20;
 
 /// What runs and what does not, in words: a topic, and what there is to say.
-pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
-    let Facts { survey, region, image, spheres, .. } = facts;
+fn lines(facts: &Plan) -> Vec<(&'static str, String)> {
+    let Plan { survey, region, image, spheres, .. } = facts;
     let all = survey.step == 1;
     let about = if all { "" } else { "about " };
     let mut lines = Vec::new();
@@ -242,14 +298,14 @@ pub fn lines(facts: &Facts) -> Vec<(&'static str, String)> {
     }
     lines.push((
         "memory",
-        format!("about {} beyond the scene's own files", text::bytes(memory(facts))),
+        format!("about {} beyond the scene's own files", text::bytes(facts.memory())),
     ));
     lines
 }
 
 /// What draws the spheres.
-fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) {
-    let Facts { survey, spheres, region, .. } = facts;
+fn drawing(facts: &Plan, about: &str, lines: &mut Vec<(&'static str, String)>) {
+    let Plan { survey, spheres, region, .. } = facts;
     let rays = match facts.projection {
         Projection::Orthographic => "parallel rays; the code for perspective is not used",
         Projection::Perspective => "perspective rays; the code for parallel ones is not used",
@@ -283,7 +339,7 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
         "tiles",
         format!("{} of {} x {} pixels, {empty}", survey.tiles, facts.tile, facts.tile),
     ));
-    let waves = survey.entries.div_ceil(facts.wave[0].max(1) as u64).max(1);
+    let waves = survey.entries.div_ceil(facts.wave.max(1) as u64).max(1);
     let bands = region.pixels().div_ceil(facts.band.max(1));
     let mut lists = format!("{about}{} entries if nothing were hidden, ", survey.entries);
     lists += &match waves {
@@ -294,20 +350,21 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
         lists += &format!(", the picture in {bands} bands");
     }
     lines.push(("lists", lists));
-    let order = match facts.engine {
-        Means::Cpu { .. } if in_order(facts) => {
+    let order = match &facts.means {
+        Means::Cpu { .. } if cpu::in_order(&facts.workload()) => {
             "in groups of neighbours, for all bands; groups off the screen or hidden are skipped \
              whole"
                 .to_owned()
         }
-        Means::Cpu { sampled, .. } if *spheres >= sampled => {
+        Means::Cpu { .. } if *spheres >= cpu::SAMPLED => {
             "front spheres first, by a sample; what they hide is not looked at again".to_owned()
         }
-        Means::Cpu { sampled, .. } => {
-            format!("front to back in each tile; no sample first, below {sampled} spheres")
+        Means::Cpu { .. } => {
+            format!("front to back in each tile; no sample first, below {} spheres", cpu::SAMPLED)
         }
-        Means::Gpu { chunk, .. } => {
-            let buffers = spheres.div_ceil(chunk.max(1));
+        #[cfg(feature = "gpu")]
+        Means::Gpu(capacity) => {
+            let buffers = spheres.div_ceil(capacity.chunk.max(1));
             let words =
                 if buffers == 1 { "one buffer".into() } else { format!("{buffers} buffers") };
             format!(
@@ -325,12 +382,12 @@ fn drawing(facts: &Facts, about: &str, lines: &mut Vec<(&'static str, String)>) 
 }
 
 /// Which planes are made.
-fn planes(facts: &Facts) -> String {
+fn planes(facts: &Plan) -> String {
     let all = [
         (facts.picture, "picture"),
         (facts.ids, "ids"),
         (facts.depth, "depths"),
-        (facts.visibility, "what merging needs"),
+        (facts.part, "what merging needs"),
     ];
     let of = |wanted: bool| {
         let names: Vec<&str> =
@@ -352,13 +409,13 @@ mod tests {
     use planisphere_core::{
         camera::{Camera, ScreenSize, View},
         scene::Sphere,
-        text,
     };
 
-    fn facts() -> Facts {
+    #[cfg(feature = "gpu")]
+    fn facts() -> Plan {
         let image = ImageSize { width: 1000, height: 500 };
-        Facts {
-            engine: Means::Cpu { threads: 2, sampled: 1000, ordered: 1000 },
+        Plan {
+            means: Means::Cpu { threads: 2 },
             device: "cpu".into(),
             spheres: 100,
             image,
@@ -366,22 +423,29 @@ mod tests {
             projection: Projection::Orthographic,
             planes: [0.0, f64::INFINITY],
             tile: 32,
-            wave: [1 << 20, 100],
+            wave: 1 << 20,
             band: 1 << 22,
             held: 1 << 25,
             picture: true,
             palette: false,
             ids: false,
             depth: false,
-            visibility: false,
+            part: false,
             survey: Survey { step: 1, entries: 150, tiles: 512, empty: 12, ..Survey::default() },
         }
     }
 
+    #[cfg(feature = "gpu")]
+    fn gpu(chunk: usize) -> Means {
+        let (software, wave, band) = (true, 1 << 22, 1 << 22);
+        Means::Gpu(planisphere_gpu::plan::Capacity { software, chunk, wave, band })
+    }
+
     /// Each change of the facts, and what it must, and must not, put into words.
     #[test]
+    #[cfg(feature = "gpu")]
     fn words_follow_the_facts() {
-        type Change = fn(&mut Facts);
+        type Change = fn(&mut Plan);
         let table: &[(Change, &[&str], &[&str])] = &[
             (
                 |_| {},
@@ -414,7 +478,7 @@ mod tests {
             ),
             (|f| f.survey.outside = 40, &["40 are off screen"], &["about 40", "none is skipped"]),
             (
-                |f| (f.survey.step, f.survey.outside, f.spheres) = (16, 40, 5000),
+                |f| (f.survey.step, f.survey.outside, f.spheres) = (16, 40, 200_000),
                 &[
                     "about 40 are off screen",
                     "one in 16",
@@ -440,16 +504,12 @@ mod tests {
             (|f| f.palette = true, &["a palette, if at most 256"], &["RGB"]),
             (|f| f.picture = false, &["none; not asked for: picture, ids"], &["PNG"]),
             (
-                |f| (f.ids, f.depth, f.visibility) = (true, true, true),
+                |f| (f.ids, f.depth, f.part) = (true, true, true),
                 &["picture, ids, depths, what merging needs\n"],
                 &["not asked for"],
             ),
-            (
-                |f| f.engine = Means::Gpu { software: true, chunk: 30 },
-                &["in 4 buffers"],
-                &["sample"],
-            ),
-            (|f| f.engine = Means::Gpu { software: false, chunk: 100 }, &["one buffer"], &[]),
+            (|f| f.means = gpu(30), &["in 4 buffers"], &["sample"]),
+            (|f| f.means = gpu(100), &["one buffer"], &[]),
             (
                 |f| f.region = Region { x: 3, y: 4, width: 50, height: 60 },
                 &["1000 x 500 pixels, of which 50 x 60 from 3,4"],
@@ -471,35 +531,37 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "gpu")]
     fn memory_grows_with_what_is_held() {
-        let small = memory(&facts());
-        let with = |change: fn(&mut Facts)| {
+        let small = facts().memory();
+        let with = |change: fn(&mut Plan)| {
             let mut facts = facts();
             change(&mut facts);
-            memory(&facts)
+            facts.memory()
         };
         assert!(with(|f| f.depth = true) == small + 4 * 500_000);
         // Beyond what is held at a time, a picture takes no more.
         let side = |side: u32| {
             let mut facts = facts();
             facts.region = Region { x: 0, y: 0, width: side, height: side };
-            memory(&facts)
+            facts.memory()
         };
         assert!(side(32768) == side(8192) && side(4096) < side(8192));
         let banded = |spheres: usize| {
             let mut facts = facts();
             (facts.spheres, facts.region) =
                 (spheres, Region { x: 0, y: 0, width: 8192, height: 8192 });
-            memory(&facts)
+            facts.memory()
         };
-        assert!(banded(1_000_000) - banded(500_000) == 500_000 * order::BYTES, "in order");
+        assert!(
+            banded(1_000_000) - banded(500_000) == 500_000 * planisphere_core::order::BYTES,
+            "in order"
+        );
         // Mapped spheres cost the native device nothing but a bit where they may be seen, a
         // software device its copy.
         assert!(with(|f| f.spheres = 999) == small);
-        assert!(with(|f| f.engine = Means::Gpu { software: true, chunk: 1 << 23 }) > small);
-        let many = with(|f| {
-            (f.spheres, f.engine) = (100_000_000, Means::Gpu { software: true, chunk: 1 << 23 })
-        });
+        assert!(with(|f| f.means = gpu(1 << 23)) > small);
+        let many = with(|f| (f.spheres, f.means) = (100_000_000, gpu(1 << 23)));
         assert!(many > 2_800_000_000 && many < 4_000_000_000);
         assert_eq!(text::bytes(1_234_567), "1.2 MB");
         assert_eq!(text::bytes(123_456_789), "123 MB");

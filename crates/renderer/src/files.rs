@@ -1,0 +1,496 @@
+//! The way of a picture into files: PNG, ids, depths and what merging needs, band by band where the
+//! picture is so large that not even its ids should lie in memory.
+//!
+//! Anything that gives ids, band by band, goes this way: a renderer, or parts that are merged.
+//! Files get their names when all of them are whole ([`Staged::commit`]).
+
+use std::{io::Write, sync::Arc, time::Instant};
+
+use planisphere_core::{
+    camera::Region,
+    depth,
+    drawing::{Control, Counts, Times},
+    exact::decide::Truth,
+    part::{
+        Meta, Part as CorePart,
+        merge::{Merge, MergeError, Ties},
+    },
+};
+use planisphere_io::{
+    npy,
+    npy::Plane,
+    output,
+    output::{Shared, Sink, Target},
+    png,
+    png::{PaletteError, PngRows},
+};
+
+use crate::{
+    Error, Renderer, Request,
+    parts::{PartPlane, merged},
+    renderer::{BAND, PIECE, bands, drawn},
+    subject::{Indices, Subject},
+};
+
+/// Where the planes of a picture go; none is a plane that is not wanted.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Sinks {
+    /// The colours, as PNG.
+    pub picture: Option<Target>,
+    /// Whether that has a palette.
+    pub palette: bool,
+    /// The indices of the spheres, as `.npy`.
+    pub ids: Option<Target>,
+    /// The distances, as `.npy`.
+    pub depth: Option<Target>,
+    /// All that merging needs, as `.npz`.
+    pub part: Option<Target>,
+    /// Index, in the whole, of the first sphere of the scene: for [`Sinks::part`].
+    pub first: u64,
+}
+
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Step {
+    /// Ids are found.
+    Drawing,
+    /// Parts are merged.
+    Merging,
+    /// Distances are worked out.
+    Depths,
+    /// Planes become bytes.
+    Encoding,
+}
+
+/// Bytes that are whole, and wait for their names.
+#[must_use = "files have no names until they are committed"]
+#[derive(Debug)]
+pub struct Staged(Vec<output::Staged>);
+
+impl Staged {
+    /// Gives every file its name: together or, short of a failing rename, not at all. What is worth
+    /// saying comes back, a line each.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn commit(self) -> Result<Vec<String>, Error> {
+        output::commit(self.0).map_err(Error::from)
+    }
+}
+
+/// What was done on the way.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Report {
+    /// What drawing has met.
+    pub counts: Counts,
+    /// Milliseconds of drawing.
+    pub times: Times,
+    /// Milliseconds of distances.
+    pub depth: f64,
+    /// Milliseconds of planes to bytes.
+    pub encode: f64,
+    /// Whether any sphere is seen.
+    pub seen: bool,
+    /// What drew the picture, where that was not the renderer's own device, and why.
+    pub drawn_by: Option<String>,
+}
+
+impl Renderer {
+    /// Draws into files, band by band, so that a picture of any size takes little memory. `told`
+    /// hears what is being done, in turn.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`], and when a file cannot be written: then none of them is there.
+    pub fn render(
+        &self,
+        request: &Request,
+        sinks: &Sinks,
+        told: &mut (dyn FnMut(Step) + Send),
+    ) -> Result<(Staged, Report), Error> {
+        self.with(&Control::new(), |engine, control| {
+            let (scene, view) = (request.scene.core(), request.view());
+            let (first, spheres) = (sinks.first, scene.len() as u64);
+            let range = (spheres > 0).then(|| first..first + spheres);
+            let meta = Meta {
+                view,
+                region: request.region,
+                background: request.look.background,
+                ranges: range.into_iter().collect(),
+                bounds: (spheres > 0).then(|| scene.bounds()),
+            };
+            let truth = Truth::new(&view, scene.bounds());
+            let indices = Indices::From { first };
+            let (truth, not_seen) = (&truth, &|_, _, _| None);
+            let subject = Subject { meta: &meta, scene, truth, indices, band: BAND, not_seen };
+            let mut report = Report::default();
+            let staged = write(sinks, &subject, &mut report, told, |band, report, told| {
+                told(Step::Drawing);
+                let of_band = Request { region: band, ..request.clone() };
+                let drawing = drawn(engine, &of_band, control)?;
+                report.counts.add(&drawing.counts);
+                report.times.add(&drawing.times);
+                if let Some(by) = engine.stood_in() {
+                    report.drawn_by = Some(by.into());
+                }
+                Ok(drawing.ids)
+            })?;
+            Ok((staged, report))
+        })
+    }
+}
+
+fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *total += start.elapsed().as_secs_f64() * 1e3;
+    result
+}
+
+/// Draws band by band, from the top, and writes what is wanted. `draw` gives the spheres of the
+/// scene that are seen, -1 for none. Files get their names when they are committed.
+pub(crate) fn write(
+    sinks: &Sinks,
+    subject: &Subject,
+    report: &mut Report,
+    told: &mut dyn FnMut(Step),
+    mut draw: impl FnMut(Region, &mut Report, &mut dyn FnMut(Step)) -> Result<Vec<i32>, Error>,
+) -> Result<Staged, Error> {
+    let open = |target: &Option<Target>| target.clone().map(Target::open).transpose();
+    let open = |target| open(target).map_err(Error::from);
+    let ids = sinks.ids.as_ref().map(|target| Ids::begin(target, subject)).transpose()?;
+    let depths = sinks.depth.as_ref().map(|target| Depths::begin(target, subject)).transpose()?;
+    let mut part_sink = open(&sinks.part)?;
+    let part = sinks.part.as_ref().zip(part_sink.as_mut());
+    let part = part.map(|(target, sink)| Part::begin(target, sink, subject)).transpose()?;
+    let mut png_sink = open(&sinks.picture)?;
+    let png = sinks.picture.as_ref().zip(png_sink.as_mut());
+    let png = png.map(|(target, sink)| match sinks.palette {
+        true => Ok(Png::palette(target, sink)),
+        false => Png::rgb(target, sink, subject),
+    });
+    let mut planes = Planes { subject, depths, part, ids, png: png.transpose()? };
+
+    for band in bands(subject.meta.region, subject.band) {
+        let ids = draw(band, report, told)?;
+        // Ends at the first sphere of the first band that has one.
+        report.seen = report.seen || ids.iter().any(|id| *id >= 0);
+        planes.take(band, ids, report, told)?;
+    }
+
+    told(Step::Encoding);
+    let start = Instant::now();
+    let (ids_sink, depth_sink) = planes.finish()?;
+    let mut staged = Vec::new();
+    for sink in [png_sink, ids_sink, depth_sink, part_sink].into_iter().flatten() {
+        staged.push(sink.finish().map_err(Error::from)?);
+    }
+    report.encode += start.elapsed().as_secs_f64() * 1e3;
+    Ok(Staged(staged))
+}
+
+/// The planes that are wanted, on their way out.
+struct Planes<'a> {
+    subject: &'a Subject<'a>,
+    depths: Option<Depths<'a>>,
+    part: Option<Part<'a>>,
+    ids: Option<Ids<'a>>,
+    png: Option<Png<'a>>,
+}
+
+impl Planes<'_> {
+    /// Takes the ids of the next band.
+    fn take(
+        &mut self,
+        band: Region,
+        ids: Vec<i32>,
+        spent: &mut Report,
+        told: &mut dyn FnMut(Step),
+    ) -> Result<(), Error> {
+        if let Some(depths) = &mut self.depths {
+            told(Step::Depths);
+            depths.take(self.subject, band, &ids, spent)?;
+        }
+        told(Step::Encoding);
+        if let Some(part) = &mut self.part {
+            part.take(self.subject, band, &ids, spent)?;
+        }
+        timed(&mut spent.encode, || {
+            let ids = Arc::new(Plane(ids));
+            if let Some(plane) = &mut self.ids {
+                plane.take(&ids)?;
+            }
+            match &mut self.png {
+                Some(png) => png.take(ids, self.subject),
+                None => Ok(()),
+            }
+        })
+    }
+
+    /// Ends the picture and the part, and gives back where ids and depths have gone.
+    fn finish(self) -> Result<(Option<Sink>, Option<Sink>), Error> {
+        if let Some(png) = self.png {
+            png.finish(self.subject)?;
+        }
+        if let Some(part) = self.part {
+            part.finish(self.subject)?;
+        }
+        Ok((self.ids.map(|ids| ids.sink), self.depths.map(|depths| depths.sink)))
+    }
+}
+
+/// Begins an array of a picture's pixels, of a type.
+fn array(target: &Target, descr: &str, subject: &Subject) -> Result<Sink, Error> {
+    let Region { width, height, .. } = subject.meta.region;
+    let mut sink = target.clone().open()?;
+    let header = npy::header(descr, &[height as usize, width as usize]);
+    sink.write_all(&header).map_err(|error| target.io(error))?;
+    Ok(sink)
+}
+
+/// The array of ids.
+struct Ids<'a> {
+    target: &'a Target,
+    sink: Sink,
+    numbers: Numbers<'a>,
+}
+
+/// The ids that the reader knows.
+enum Numbers<'a> {
+    /// The scene's own.
+    Own,
+    /// Those of the whole, of 4 bytes.
+    Four(&'a Indices<'a>),
+    /// The same, of 8 bytes, which some take.
+    Eight(&'a Indices<'a>),
+}
+
+impl<'a> Ids<'a> {
+    /// Begins the array.
+    fn begin(target: &'a Target, subject: &'a Subject) -> Result<Self, Error> {
+        let indices = &subject.indices;
+        let wide = subject.meta.last().is_some_and(|last| last > i32::MAX as u64);
+        let (descr, numbers) = match indices {
+            Indices::From { .. } => ("<i4", Numbers::Own),
+            Indices::Each(_) if wide => ("<i8", Numbers::Eight(indices)),
+            Indices::Each(_) => ("<i4", Numbers::Four(indices)),
+        };
+        Ok(Self { target, sink: array(target, descr, subject)?, numbers })
+    }
+
+    /// Takes the next ids.
+    fn take(&mut self, ids: &Arc<Plane<i32>>) -> Result<(), Error> {
+        let all = ids.0.iter();
+        let bytes: Shared = match self.numbers {
+            Numbers::Own => ids.clone(),
+            Numbers::Four(indices) => {
+                Arc::new(Plane::<i32>(all.map(|&id| indices.of_id(id) as i32).collect()))
+            }
+            Numbers::Eight(indices) => {
+                Arc::new(Plane::<i64>(all.map(|&id| indices.of_id(id)).collect()))
+            }
+        };
+        Ok(self.sink.give(bytes).map_err(|error| self.target.io(error))?)
+    }
+}
+
+/// The array of distances.
+struct Depths<'a> {
+    target: &'a Target,
+    sink: Sink,
+}
+
+impl<'a> Depths<'a> {
+    /// Begins the array.
+    fn begin(target: &'a Target, subject: &Subject) -> Result<Self, Error> {
+        Ok(Self { target, sink: array(target, "<f4", subject)? })
+    }
+
+    /// Works out the next distances.
+    fn take(
+        &mut self,
+        subject: &Subject,
+        band: Region,
+        ids: &[i32],
+        spent: &mut Report,
+    ) -> Result<(), Error> {
+        let work = || depth::depths(subject.scene, subject.truth, band, ids);
+        let plane = timed(&mut spent.depth, work).map_err(|error| subject.refused(error))?;
+        let given = timed(&mut spent.encode, || self.sink.give(Arc::new(Plane(plane))));
+        Ok(given.map_err(|error| self.target.io(error))?)
+    }
+}
+
+/// What merging needs.
+struct Part<'a> {
+    target: &'a Target,
+    plane: PartPlane<'a, &'a mut Sink>,
+}
+
+impl<'a> Part<'a> {
+    /// Begins the archive.
+    fn begin(target: &'a Target, sink: &'a mut Sink, subject: &'a Subject) -> Result<Self, Error> {
+        let plane = PartPlane::begin(sink, subject).map_err(|error| target.io(error))?;
+        Ok(Self { target, plane })
+    }
+
+    /// Works out what is between the distances of the next pixels.
+    fn take(
+        &mut self,
+        subject: &Subject,
+        band: Region,
+        ids: &[i32],
+        spent: &mut Report,
+    ) -> Result<(), Error> {
+        // Bounds take four times the memory of ids: some rows at a time.
+        for some in bands(band, PIECE) {
+            let start = (some.y - band.y) as usize * band.width as usize;
+            let ids = &ids[start..start + some.pixels()];
+            let bounds = timed(&mut spent.depth, || PartPlane::<Sink>::bounds(subject, some, ids))?;
+            timed(&mut spent.encode, || self.plane.take(subject, ids, bounds))
+                .map_err(|error| self.target.io(error))?;
+        }
+        Ok(())
+    }
+
+    /// Ends the archive, with the spheres that are seen.
+    fn finish(self, subject: &Subject) -> Result<(), Error> {
+        Ok(self.plane.finish(subject).map_err(|error| self.target.io(error))?)
+    }
+}
+
+/// The colours.
+struct Png<'a> {
+    target: &'a Target,
+    form: Form<'a>,
+}
+
+/// How colours are written.
+enum Form<'a> {
+    /// Row by row.
+    Rgb(PngRows<'a, &'a mut Sink>),
+    /// With a palette, which takes all colours before the first row.
+    Palette { sink: &'a mut Sink, all: Arc<Plane<i32>> },
+}
+
+impl<'a> Png<'a> {
+    /// Begins a picture of 8 bits a channel.
+    fn rgb(target: &'a Target, sink: &'a mut Sink, subject: &'a Subject) -> Result<Self, Error> {
+        let rows = PngRows::new(sink, subject.meta.region, subject.paint());
+        let rows = rows.map_err(|error| target.io(error))?;
+        Ok(Self { target, form: Form::Rgb(rows) })
+    }
+
+    /// A picture with a palette.
+    fn palette(target: &'a Target, sink: &'a mut Sink) -> Self {
+        let all = Arc::new(Plane(Vec::new()));
+        Self { target, form: Form::Palette { sink, all } }
+    }
+
+    /// Takes the next ids.
+    fn take(&mut self, ids: Arc<Plane<i32>>, subject: &Subject) -> Result<(), Error> {
+        match &mut self.form {
+            Form::Rgb(rows) => rows.push(&ids.0).map_err(|error| self.target.io(error))?,
+            // One band is the usual case, and is not copied.
+            Form::Palette { all, .. } if all.0.is_empty() => *all = ids,
+            Form::Palette { all, .. } => {
+                let all = &mut Arc::make_mut(all).0;
+                all.reserve_exact(subject.meta.region.pixels() - all.len());
+                all.extend_from_slice(&ids.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the picture.
+    fn finish(self, subject: &Subject) -> Result<(), Error> {
+        let Self { target, form } = self;
+        match form {
+            Form::Rgb(rows) => Ok(rows.finish().map_err(|error| target.io(error))?),
+            Form::Palette { sink, all } => {
+                let written =
+                    png::write_palette_png(sink, subject.meta.region, &all.0, &subject.paint());
+                written.map_err(|error| match error {
+                    PaletteError::Io(error) => target.io(error).into(),
+                    PaletteError::TooManyColors => Error::Palette,
+                })
+            }
+        }
+    }
+}
+
+/// Parts that fit together, on their way into files.
+pub struct Merging<'a>(Merge<'a>);
+
+impl std::fmt::Debug for Merging<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Merging").field("region", &self.region()).finish_non_exhaustive()
+    }
+}
+
+impl<'a> Merging<'a> {
+    /// Of parts, in a region: what is given or, without, the least that holds all parts. `whole`:
+    /// their spheres must be all, from the first on.
+    ///
+    /// # Errors
+    /// When they do not fit together, or something is missing.
+    #[doc(hidden)]
+    pub fn new(parts: &'a [CorePart], region: Option<Region>, whole: bool) -> Result<Self, Error> {
+        let merge = Merge::new(parts, region)?;
+        if whole {
+            merge.check_gaps()?;
+        }
+        Ok(Self(merge))
+    }
+
+    /// Columns and rows of the picture that parts are of.
+    ///
+    /// # Errors
+    /// When there is no part.
+    #[doc(hidden)]
+    pub fn size(parts: &[CorePart]) -> Result<[u32; 2], Error> {
+        let first = parts.first().ok_or(MergeError::Nothing)?;
+        let image = first.meta.view.image;
+        Ok([image.width, image.height])
+    }
+
+    /// The pixels that are merged.
+    pub fn region(&self) -> Region {
+        self.0.meta().region
+    }
+
+    /// Spheres that were drawn in the parts, and of these the ones that any part shows.
+    pub fn spheres(&self) -> [u64; 2] {
+        let drawn = self.0.meta().ranges.iter().map(|range| range.end - range.start).sum();
+        [drawn, self.0.scene().len() as u64]
+    }
+
+    /// Merges into files, band by band; as [`Renderer::render`]. Gives also how often bounds of
+    /// distances did not tell which of two spheres is nearer: pairs, and signs of these that took
+    /// integers of any size.
+    ///
+    /// # Errors
+    /// When a part contradicts itself, or a file cannot be written: then none of them is there.
+    pub fn render(
+        &self,
+        sinks: &Sinks,
+        told: &mut dyn FnMut(Step),
+    ) -> Result<(Staged, Report, [u64; 2]), Error> {
+        let Self(merge) = self;
+        let (mut report, mut ties) = (Report::default(), Ties::default());
+        let staged = merged(merge, |subject| {
+            write(sinks, subject, &mut report, told, |region, report, told| {
+                told(Step::Merging);
+                let begin = Instant::now();
+                let band = merge.band(region)?;
+                report.times.render += begin.elapsed().as_secs_f64() * 1e3;
+                ties.pairs += band.ties.pairs;
+                ties.exact += band.ties.exact;
+                Ok(band.ids)
+            })
+        })?;
+        Ok((staged, report, [ties.pairs, ties.exact]))
+    }
+}

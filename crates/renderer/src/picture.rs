@@ -1,0 +1,234 @@
+//! What was drawn: planes of pixels, and what is met at one.
+
+use std::{fmt, sync::Arc, time::Duration};
+
+use glam::DVec3;
+use planisphere_core::{
+    camera::{Region, View},
+    drawing::Counts,
+    exact::decide::{Root, Tally, Truth},
+};
+#[cfg(feature = "png")]
+use planisphere_image::Paint;
+#[cfg(feature = "png")]
+use planisphere_io::png;
+
+#[cfg(feature = "png")]
+use crate::Error;
+use crate::Request;
+
+/// Planes of pixels, row by row from the top, and what they are of. A plane that was not asked for
+/// is empty.
+#[derive(Clone, Default)]
+pub struct Picture {
+    /// None of a picture that nothing was drawn into yet.
+    pub(crate) request: Option<Request>,
+    pub(crate) ids: Vec<i32>,
+    pub(crate) rgba: Vec<[u8; 4]>,
+    pub(crate) depth: Vec<f32>,
+    pub(crate) counts: Counts,
+    pub(crate) elapsed: Duration,
+    pub(crate) by: Option<String>,
+    /// What the scene's spheres are called, rising, where that is not their place in it.
+    pub(crate) indices: Option<Arc<[u64]>>,
+}
+
+impl fmt::Debug for Picture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Picture")
+            .field("size", &self.size())
+            .field("rgba", &!self.rgba.is_empty())
+            .field("depth", &!self.depth.is_empty())
+            .field("elapsed", &self.elapsed)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Hit {
+    /// Index of the sphere in the scene.
+    pub index: usize,
+    /// Distance along the view direction, world units.
+    pub depth: f64,
+    /// Where, in the world.
+    pub point: [f64; 3],
+    /// Unit vector from the sphere's centre to the point.
+    pub normal: [f64; 3],
+    /// Whether it is the inner wall: the camera, or the nearest distance that is seen, lies inside
+    /// of the sphere.
+    pub inside: bool,
+}
+
+impl Hit {
+    /// What a sphere's hit at a pixel of the whole image is; none if its ray does not meet it.
+    pub(crate) fn of(request: &Request, [column, row]: [u32; 2], index: usize) -> Option<Self> {
+        let (core, view) = (request.scene.core(), request.view());
+        let sphere = core.sphere(index)?;
+        let truth = Truth::new(&view, core.bounds());
+        let pixel = truth.pixel(column, row);
+        let hit = pixel.hit(sphere.into(), &mut Tally::default())?;
+        let depth = pixel.distance(&hit);
+        let ray = view.ray(column, row);
+        let point = ray.origin + depth * ray.direction;
+        let normal = (point - sphere.center).try_normalize().unwrap_or(DVec3::ZERO);
+        let inside = hit.root() == Root::Far;
+        let (point, normal) = (point.to_array(), normal.to_array());
+        Some(Self { index, depth, point, normal, inside })
+    }
+}
+
+/// How two pictures differ.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Difference {
+    /// Pixels that differ; all, if sizes do.
+    pub pixels: u64,
+    /// The greatest difference of a channel.
+    pub greatest: u8,
+    /// The first ten, from the top left: column and row, this, and the other.
+    pub first: Vec<([u32; 2], [u8; 4], [u8; 4])>,
+}
+
+impl Difference {
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        self.pixels == 0
+    }
+}
+
+impl Picture {
+    /// Columns and rows: of the region that was drawn.
+    pub fn size(&self) -> [u32; 2] {
+        let region = self.region();
+        [region.width, region.height]
+    }
+
+    /// Index of the sphere at each pixel, -1 for none.
+    pub fn ids(&self) -> &[i32] {
+        &self.ids
+    }
+
+    /// Distance along the view direction at each pixel, world units; infinite for none.
+    pub fn depth(&self) -> &[f32] {
+        &self.depth
+    }
+
+    /// sRGB and straight alpha, 8 bits each.
+    pub fn rgba(&self) -> &[[u8; 4]] {
+        &self.rgba
+    }
+
+    /// The same without alpha, as most encoders want it.
+    pub fn to_rgb(&self) -> Vec<[u8; 3]> {
+        self.rgba.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
+    }
+
+    /// Colours, ids and depths: the planes themselves.
+    pub fn into_planes(self) -> (Vec<[u8; 4]>, Vec<i32>, Vec<f32>) {
+        (self.rgba, self.ids, self.depth)
+    }
+
+    /// What is seen at a pixel, column and row from the top left; none where nothing is, and
+    /// outside of the picture.
+    pub fn hit(&self, [column, row]: [u32; 2]) -> Option<Hit> {
+        let Region { x, y, width, height } = self.region();
+        if column >= width || row >= height {
+            return None;
+        }
+        let id = *self.ids.get(row as usize * width as usize + column as usize)?;
+        let index = usize::try_from(id).ok()?;
+        let place = match &self.indices {
+            None => index,
+            Some(indices) => indices.binary_search(&(index as u64)).ok()?,
+        };
+        let hit = Hit::of(self.request.as_ref()?, [x + column, y + row], place)?;
+        Some(Hit { index, ..hit })
+    }
+
+    /// A PNG, RGB with 8 bits a channel, to any writer.
+    ///
+    /// # Errors
+    /// When the picture was drawn without colours, or the writer fails.
+    #[cfg(feature = "png")]
+    pub fn write_png(&self, mut out: impl std::io::Write) -> Result<(), Error> {
+        let Some(request) = self.request.as_ref().filter(|_| !self.rgba.is_empty()) else {
+            return Err(Error::NoPlane { plane: "colors" });
+        };
+        let paint = Paint { scene: request.scene.core(), background: request.look.background };
+        match self.indices {
+            None => png::write_png(&mut out, self.region(), &self.ids, &paint)?,
+            Some(_) => png::write_rgb(&mut out, self.size(), &self.to_rgb())?,
+        }
+        Ok(())
+    }
+
+    /// A PNG file, whole or not at all: one that was there stays as it is until the new one is
+    /// complete.
+    ///
+    /// # Errors
+    /// When the picture was drawn without colours, its name has the ending of another format, or
+    /// the file cannot be written.
+    #[cfg(feature = "files")]
+    pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        use planisphere_io::output::{self, Target};
+
+        let target = Target::File(path.as_ref().to_path_buf());
+        target.check_ending("the picture", "a picture", "png")?;
+        target.check()?;
+        let mut sink = target.open()?;
+        self.write_png(&mut sink)?;
+        output::commit(vec![sink.finish()?])?;
+        Ok(())
+    }
+
+    /// Pixel by pixel against another.
+    pub fn compare(&self, other: &Picture) -> Difference {
+        let mut difference = Difference::default();
+        if self.size() != other.size() {
+            let [width, height] = self.size().map(u64::from);
+            return Difference { pixels: (width * height).max(1), greatest: 255, ..difference };
+        }
+        let width = self.region().width.max(1) as usize;
+        for (at, (&one, &two)) in self.rgba.iter().zip(&other.rgba).enumerate() {
+            if one == two {
+                continue;
+            }
+            difference.pixels += 1;
+            let channels = one.iter().zip(two).map(|(one, two)| one.abs_diff(two));
+            difference.greatest = channels.fold(difference.greatest, u8::max);
+            if difference.first.len() < 10 {
+                let place = [(at % width) as u32, (at / width) as u32];
+                difference.first.push((place, one, two));
+            }
+        }
+        difference
+    }
+
+    /// How long it took, from the call to the last byte.
+    pub fn elapsed(&self) -> Duration {
+        self.elapsed
+    }
+
+    /// Pixels that took exact arithmetic.
+    pub fn exact(&self) -> u64 {
+        self.counts.exact as u64
+    }
+
+    /// What drew it, where that was not the renderer's own device, and why: the picture is the same.
+    pub fn drawn_by(&self) -> Option<&str> {
+        self.by.as_deref()
+    }
+
+    pub(crate) fn region(&self) -> Region {
+        let none = Region { x: 0, y: 0, width: 0, height: 0 };
+        self.request.as_ref().map_or(none, |request| request.region)
+    }
+
+    /// The view that it is of.
+    #[doc(hidden)]
+    pub fn view(&self) -> Option<View> {
+        self.request.as_ref().map(Request::view)
+    }
+}

@@ -1,0 +1,63 @@
+//! Scene files.
+
+use std::path::Path;
+
+use planisphere_io::load::{self, Loaded};
+
+use crate::{Camera, Error, Scene};
+
+/// What a scene file says.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Document {
+    /// The spheres. Large arrays stay in their files, which are watched: a picture of files that
+    /// were changed meanwhile is an error.
+    pub scene: Scene,
+    /// Columns and rows of the picture.
+    pub size: [u32; 2],
+    /// Colour where there is no sphere, sRGB.
+    pub background: [u8; 3],
+    /// What a person should hear who asked for something unusual, each one line.
+    pub notes: Vec<String>,
+    loaded: Loaded,
+}
+
+impl Document {
+    /// The camera for a picture of some columns and rows: the file's; what that leaves out is
+    /// chosen so that the whole scene is seen.
+    ///
+    /// # Errors
+    /// When the file's numbers and what is chosen are no camera together, as of a scene so far away
+    /// that no f64 is as large.
+    pub fn camera(&self, [width, height]: [u32; 2]) -> Result<Camera, Error> {
+        let image = planisphere_core::camera::ImageSize { width, height };
+        Ok(Camera::try_from(self.loaded.camera(image))?)
+    }
+}
+
+/// Reads a scene file. Arrays are found relative to its folder.
+///
+/// # Errors
+/// The first thing in the file, or in its arrays, that has no picture: [`Error::File`].
+pub fn read(path: impl AsRef<Path>) -> Result<Document, Error> {
+    let path = path.as_ref();
+    // To the loader that would be standard input.
+    let path = if path == Path::new("-") { Path::new("./-") } else { path };
+    let loaded = load::load(path)?;
+    let Loaded { image, background, notes, .. } = &loaded;
+    Ok(Document {
+        scene: Scene::from(&loaded),
+        size: [image.width, image.height],
+        background: *background,
+        notes: notes.clone(),
+        loaded,
+    })
+}
+
+/// Of the inner crates, which promise nothing.
+#[doc(hidden)]
+impl From<&Loaded> for Scene {
+    fn from(loaded: &Loaded) -> Self {
+        Self::watched(loaded.scene.clone(), loaded.watch.clone())
+    }
+}

@@ -1,0 +1,492 @@
+//! Draws requests: which device, on which threads, how many at a time.
+
+use std::{
+    fmt,
+    ops::ControlFlow,
+    sync::{Arc, Mutex, PoisonError},
+    time::Instant,
+};
+
+use planisphere_core::{
+    camera::Region,
+    cpu::Cpu,
+    depth,
+    drawing::{Control, DrawError, Drawing},
+    exact::decide::Truth,
+};
+use planisphere_image::Paint;
+
+#[cfg(all(feature = "files", feature = "parts"))]
+use crate::plan::Means;
+use crate::{
+    Device, Error, Hit, Job, Picture, Request,
+    engine::{AS_ASKED, Engine, Opened, PassedOver, host},
+    turns::{Turn, Turns},
+};
+
+/// Draws. One for a whole program, however many threads and scenes: it draws with `&self`, and
+/// clones are free and the same.
+///
+/// # What it does to its host
+///
+/// * **Threads.** Pictures are drawn on the rayon pool that [`Renderer::draw`] is called from: the
+///   global one, which rayon starts when it is first needed, unless the call is inside of an
+///   `install`. [`Renderer::threads`] asks for a pool of its own instead. A [`Job`] has a thread
+///   while it runs. Where as many pictures are wanted at once as the pool has threads, each is
+///   drawn on one thread, of up to as many pools of one thread; these go with the renderer.
+/// * **Memory.** At most [`Renderer::in_flight`] pictures are under way at a time, and what drawing
+///   them takes is kept for the next ones.
+/// * **Nothing else.** It sets no variable, prints nothing, installs no handler and no panic hook.
+///   Drivers of GPUs may read variables and print: Mesa's complains on standard error where
+///   `XDG_RUNTIME_DIR` is not set, unless `NODEVICE_SELECT=1`.
+///
+/// A call from inside of a rayon pool draws at once, on that pool, and waits for no turn: a thread
+/// of a pool that waits may hold a piece of what it waits for.
+#[derive(Clone)]
+pub struct Renderer(Arc<Inner>);
+
+struct Inner {
+    source: Source,
+    /// What draws, and is free.
+    idle: Mutex<Vec<Engine>>,
+    pool: Option<Arc<rayon::ThreadPool>>,
+    /// Pools of one thread, free.
+    lanes: Mutex<Vec<rayon::ThreadPool>>,
+    turns: Arc<Turns>,
+}
+
+/// Where engines come from.
+#[derive(Clone)]
+struct Source {
+    device: Device,
+    description: String,
+    why: String,
+    passed_over: Vec<PassedOver>,
+    /// The opened GPU; none for native code.
+    #[cfg(feature = "gpu")]
+    gpu: Option<Arc<planisphere_gpu::Gpu>>,
+}
+
+impl Source {
+    fn engine(&self) -> Engine {
+        #[cfg(feature = "gpu")]
+        if let Some(gpu) = &self.gpu {
+            return Engine::of(gpu.beside());
+        }
+        Engine::cpu()
+    }
+}
+
+impl fmt::Debug for Renderer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Source { description, why, .. } = &self.0.source;
+        f.debug_struct("Renderer")
+            .field("device", description)
+            .field("why", why)
+            .field("in_flight", &self.0.turns.limit())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Renderer {
+    /// Native code: needs no driver, and cannot fail.
+    pub fn cpu() -> Self {
+        let source = Source {
+            device: Device::Cpu,
+            description: "cpu".into(),
+            why: AS_ASKED.into(),
+            passed_over: Vec::new(),
+            #[cfg(feature = "gpu")]
+            gpu: None,
+        };
+        Self::from_source(source, None, None)
+    }
+
+    /// Any device.
+    ///
+    /// # Errors
+    /// When there is none; says what was tried, and what to install.
+    pub fn open(device: &Device) -> Result<Self, Error> {
+        let Opened { device: engine, why, passed_over } = Engine::open_telling(device)?;
+        let source = Source {
+            device: device.clone(),
+            description: engine.description(),
+            why,
+            passed_over,
+            #[cfg(feature = "gpu")]
+            gpu: match engine {
+                Engine::Cpu(_) => None,
+                Engine::Gpu(hybrid) => Some(Arc::new(hybrid.gpu)),
+            },
+        };
+        Ok(Self::from_source(source, None, None))
+    }
+
+    fn from_source(
+        source: Source,
+        pool: Option<Arc<rayon::ThreadPool>>,
+        limit: Option<usize>,
+    ) -> Self {
+        let usual = || match &pool {
+            Some(pool) => pool.current_num_threads(),
+            None => std::thread::available_parallelism().map_or(1, usize::from),
+        };
+        let turns = Turns::new(limit.unwrap_or_else(usual));
+        let (idle, lanes) = (Mutex::default(), Mutex::default());
+        Self(Arc::new(Inner { source, idle, pool, lanes, turns }))
+    }
+
+    /// With a pool of its own, of so many threads, in place of the caller's. It has an order, the
+    /// fewest first: say this before [`Renderer::in_flight`].
+    ///
+    /// # Errors
+    /// When the system has no threads left.
+    pub fn threads(self, threads: usize) -> Result<Self, Error> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.max(1))
+            .thread_name(|number| format!("planisphere {number}"))
+            .build()
+            .map_err(|error| Error::Threads { words: error.to_string() })?;
+        Ok(Self::from_source(self.0.source.clone(), Some(Arc::new(pool)), None))
+    }
+
+    /// At most so many pictures at a time, first come first served: this bounds memory. As many as
+    /// threads without.
+    #[must_use]
+    pub fn in_flight(self, pictures: usize) -> Self {
+        Self::from_source(self.0.source.clone(), self.0.pool.clone(), Some(pictures))
+    }
+
+    /// Which device draws, in words.
+    pub fn device(&self) -> &str {
+        &self.0.source.description
+    }
+
+    /// Why this one: as asked for, or what was found and why it could not be used.
+    pub fn why(&self) -> &str {
+        &self.0.source.why
+    }
+
+    /// Whether people should be told why: the choice was left to the renderer, or hardware was
+    /// passed over.
+    pub fn is_news(&self) -> bool {
+        self.0.source.device == Device::Auto || self.0.source.why != AS_ASKED
+    }
+
+    /// Threads that a picture is drawn on.
+    fn pool_threads(&self) -> usize {
+        match &self.0.pool {
+            Some(pool) => pool.current_num_threads(),
+            None => rayon::current_num_threads(),
+        }
+    }
+
+    /// What draws, as far as a plan depends on it.
+    #[cfg(all(feature = "files", feature = "parts"))]
+    pub(crate) fn means(&self) -> Means {
+        #[cfg(feature = "gpu")]
+        if let Some(gpu) = &self.0.source.gpu {
+            return Means::Gpu(gpu.capacity());
+        }
+        Means::Cpu { threads: self.pool_threads() }
+    }
+
+    /// Adapters that were looked at and not taken.
+    #[doc(hidden)]
+    pub fn passed_over(&self) -> &[PassedOver] {
+        &self.0.source.passed_over
+    }
+
+    /// Draws, and blocks until it is there.
+    ///
+    /// # Errors
+    /// When the device fails, memory does not suffice, or a file that the scene lies in was changed.
+    pub fn draw(&self, request: &Request) -> Result<Picture, Error> {
+        let mut picture = Picture::default();
+        self.draw_into(request, &mut picture)?;
+        Ok(picture)
+    }
+
+    /// The same into a picture that is there already, whose memory is used again.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`]; then the picture is empty.
+    pub fn draw_into(&self, request: &Request, picture: &mut Picture) -> Result<(), Error> {
+        self.with(&Control::new(), |engine, control| fill(engine, request, picture, control))
+    }
+
+    /// The same into memory of yours, such as a mapped buffer; an empty slice is a plane that is
+    /// not wanted, whatever the request says.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`], and when a slice is neither empty nor as long as the region has
+    /// pixels.
+    pub fn draw_to(
+        &self,
+        request: &Request,
+        rgba: &mut [[u8; 4]],
+        ids: &mut [i32],
+        depth: &mut [f32],
+    ) -> Result<(), Error> {
+        let wanted = request.region.pixels();
+        let lengths = [("colors", rgba.len()), ("ids", ids.len()), ("depths", depth.len())];
+        for (what, found) in lengths {
+            if found != 0 && found != wanted {
+                return Err(Error::Length { what, found, wanted });
+            }
+        }
+        self.with(&Control::new(), |engine, control| {
+            let drawing = drawn(engine, request, control)?;
+            finish(request, &drawing.ids, rgba, depth, control)?;
+            if !ids.is_empty() {
+                ids.copy_from_slice(&drawing.ids);
+            }
+            engine.lend(drawing.ids);
+            Ok(())
+        })
+    }
+
+    /// Bands of rows as they come, from the top: of a picture that need not fit into memory as a
+    /// whole. `Break` ends it.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`]; [`Error::Cancelled`] when `sink` has broken off.
+    pub fn draw_bands(
+        &self,
+        request: &Request,
+        mut sink: impl FnMut(&Picture) -> ControlFlow<()> + Send,
+    ) -> Result<(), Error> {
+        self.with(&Control::new(), |engine, control| {
+            let mut picture = Picture::default();
+            let whole = request.region;
+            for band in bands(whole, BAND) {
+                let rows = [band.y - whole.y, band.y - whole.y + band.height];
+                let share = rows.map(|row| row as f32 / whole.height as f32);
+                let of_band = Request { region: band, ..request.clone() };
+                fill(engine, &of_band, &mut picture, &control.part(share))?;
+                if sink(&picture).is_break() {
+                    return Err(Error::Cancelled);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Begins a picture, and does not block: it comes in its turn, first come first served.
+    pub fn start(&self, request: Request) -> Job {
+        self.start_with(request, Ok)
+    }
+
+    /// The same, and makes something of the picture in the same turn, such as the bytes of a file:
+    /// then no more than [`Renderer::in_flight`] pictures are ever there at once.
+    pub fn start_with<T: Send + 'static>(
+        &self,
+        request: Request,
+        then: impl FnOnce(Picture) -> Result<T, Error> + Send + 'static,
+    ) -> Job<T> {
+        let inner = Self(Arc::clone(&self.0));
+        Job::begin(&self.0.turns, move |control| {
+            inner.in_turn(control, |engine, control| {
+                let mut picture = Picture::default();
+                fill(engine, &request, &mut picture, control)?;
+                then(picture)
+            })
+        })
+    }
+
+    /// What is under a pixel of the whole picture, column and row from the top left, without a
+    /// picture; none where nothing is. On the processor, whatever the device: the answer is the
+    /// same. It waits for no turn.
+    ///
+    /// # Errors
+    /// When the pixel is outside of the picture.
+    pub fn pick(&self, request: &Request, pixel: [u32; 2]) -> Result<Option<Hit>, Error> {
+        let [x, y] = pixel;
+        let request = request.clone().region(Region { x, y, width: 1, height: 1 })?;
+        let work = || {
+            Cpu::default().on(host()).draw(request.scene.core(), &request.view(), request.region)
+        };
+        let drawing = match &self.0.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }?;
+        request.scene.check()?;
+        let index = drawing.ids.first().and_then(|&id| usize::try_from(id).ok());
+        Ok(index.and_then(|index| Hit::of(&request, pixel, index)))
+    }
+
+    /// Waits for a turn, and does some work with an engine.
+    pub(crate) fn with<T: Send>(
+        &self,
+        control: &Control,
+        work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
+    ) -> Result<T, Error> {
+        // See `turns`: a thread of a pool does not wait.
+        if rayon::current_thread_index().is_some() {
+            return self.on_pool(control, work);
+        }
+        let _turn: Turn = self.0.turns.wait();
+        self.in_turn(control, work)
+    }
+
+    /// Work whose turn it is: on all threads, or on one of a pool of its own where enough others
+    /// are wanted to keep the others busy.
+    fn in_turn<T: Send>(
+        &self,
+        control: &Control,
+        work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
+    ) -> Result<T, Error> {
+        let Inner { lanes, turns, .. } = &*self.0;
+        let wanted = turns.wanted();
+        if wanted < 2 || wanted < self.pool_threads() || turns.limit() < 2 {
+            return self.on_pool(control, work);
+        }
+        let idle = lanes.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let lane = match idle.map_or_else(lane, Ok) {
+            Ok(lane) => lane,
+            // No thread to be had: the pool is there.
+            Err(_) => return self.on_pool(control, work),
+        };
+        let result = lane.install(|| self.with_engine(control, work));
+        lanes.lock().unwrap_or_else(PoisonError::into_inner).push(lane);
+        result
+    }
+
+    fn on_pool<T: Send>(
+        &self,
+        control: &Control,
+        work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
+    ) -> Result<T, Error> {
+        match &self.0.pool {
+            Some(pool) => pool.install(|| self.with_engine(control, work)),
+            None => self.with_engine(control, work),
+        }
+    }
+
+    fn with_engine<T>(
+        &self,
+        control: &Control,
+        work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let idle = || self.0.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = idle().pop();
+        let mut engine = known.unwrap_or_else(|| self.0.source.engine());
+        let result = work(&mut engine, control);
+        let mut idle = idle();
+        // What has panicked is not used again, and more than can be under way is not kept.
+        if idle.len() < self.0.turns.limit() {
+            idle.push(engine);
+        }
+        result
+    }
+}
+
+/// A pool of one thread.
+fn lane() -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+    let named = rayon::ThreadPoolBuilder::new().num_threads(1);
+    named.thread_name(|_| "planisphere lane".into()).build()
+}
+
+/// Pixels that are drawn at a time, at most, where a picture comes in bands: 8K is one.
+pub(crate) const BAND: usize = 1 << 25;
+
+/// A region in bands of whole rows, of at most so many pixels where a row is not more.
+pub(crate) fn bands(region: Region, pixels: usize) -> impl Iterator<Item = Region> {
+    // Tiles of 64 rows or less are not cut, so that none is drawn twice.
+    let rows = (pixels / region.width as usize).max(1);
+    let rows = if rows >= 64 { rows / 64 * 64 } else { rows } as u32;
+    (region.y..region.y + region.height).step_by(rows as usize).map(move |y| Region {
+        y,
+        height: rows.min(region.y + region.height - y),
+        ..region
+    })
+}
+
+/// How much of a picture is done when its ids are there.
+const DRAWN: f32 = 0.8;
+
+/// The ids of a request's region.
+pub(crate) fn drawn(
+    engine: &mut Engine,
+    request: &Request,
+    control: &Control,
+) -> Result<Drawing, Error> {
+    let Request { scene, region, .. } = request;
+    scene.check()?;
+    engine.controlled_by(&control.part([0.0, DRAWN]));
+    let drawing = engine.draw(scene.core(), &request.view(), *region);
+    // Whatever came of numbers that were changed is worth nothing.
+    scene.check()?;
+    drawing.map_err(|error| match error {
+        DrawError::Device(words) if engine.is_lost() => Error::DeviceLost { words },
+        other => other.into(),
+    })
+}
+
+/// Pixels of which colours and depths are made between two looks at the control.
+pub(crate) const PIECE: usize = 1 << 20;
+
+/// Colours and depths of ids, into memory that is there: of empty slices, none.
+fn finish(
+    request: &Request,
+    ids: &[i32],
+    rgba: &mut [[u8; 4]],
+    depths: &mut [f32],
+    control: &Control,
+) -> Result<(), Error> {
+    let Request { scene, region, look, .. } = request;
+    let (core, view) = (scene.core(), request.view());
+    let paint = Paint { scene: core, background: look.background };
+    let control = control.part([DRAWN, 1.0]);
+    let truth = (!depths.is_empty()).then(|| Truth::new(&view, core.bounds()));
+    for some in bands(*region, PIECE) {
+        control.check()?;
+        let start = (some.y - region.y) as usize * region.width as usize;
+        let range = start..start + some.pixels();
+        if !rgba.is_empty() {
+            paint
+                .fill(&ids[range.clone()], &mut rgba[range.clone()], |[r, g, b]| [r, g, b, 255])?;
+        }
+        if let Some(truth) = &truth {
+            let of_some = depth::depths(core, truth, some, &ids[range.clone()])?;
+            depths[range.clone()].copy_from_slice(&of_some);
+        }
+        control.reach(range.end as f32 / region.pixels() as f32);
+    }
+    scene.check()
+}
+
+/// Draws a request into a picture.
+fn fill(
+    engine: &mut Engine,
+    request: &Request,
+    picture: &mut Picture,
+    control: &Control,
+) -> Result<(), Error> {
+    let begin = Instant::now();
+    let Picture { ids, mut rgba, mut depth, .. } = std::mem::take(picture);
+    engine.lend(ids);
+    let Drawing { ids, counts, .. } = drawn(engine, request, control)?;
+    let pixels = request.region.pixels();
+    sized(&mut rgba, if request.color { pixels } else { 0 }, "colors")?;
+    sized(&mut depth, if request.depth { pixels } else { 0 }, "depths")?;
+    finish(request, &ids, &mut rgba, &mut depth, control)?;
+    let by = engine.stood_in().map(ToOwned::to_owned);
+    let (request, elapsed) = (Some(request.clone()), begin.elapsed());
+    let indices = None;
+    *picture = Picture { request, ids, rgba, depth, counts, elapsed, by, indices };
+    Ok(())
+}
+
+/// Makes a plane as long as the region has pixels.
+pub(crate) fn sized<T: Copy + Default>(
+    plane: &mut Vec<T>,
+    pixels: usize,
+    name: &str,
+) -> Result<(), Error> {
+    plane.truncate(pixels);
+    let more = pixels - plane.len();
+    plane.try_reserve_exact(more).map_err(|_| DrawError::no_room(name, size_of::<T>(), pixels))?;
+    plane.resize(pixels, T::default());
+    Ok(())
+}
