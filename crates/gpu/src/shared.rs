@@ -117,7 +117,8 @@ impl Shared {
         let fault = Arc::clone(&self.fault);
         self.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let _ = fault.set(format!(
-                "an error outside of any drawing, after which a new renderer must be opened: {error}"
+                "an error outside of any drawing, after which a new renderer must be opened: \
+                 {error}"
             ));
         }));
         let fault = Arc::clone(&self.fault);
