@@ -98,6 +98,11 @@ pub enum Error {
     },
     /// The picture has more than the 256 colours that a palette holds.
     Palette,
+    /// A texture cannot take the picture.
+    Texture {
+        /// Why not, and the fix.
+        words: String,
+    },
     /// A file, or bytes, are not what they are read as.
     File {
         /// The file; none for bytes and standard input.
@@ -132,7 +137,8 @@ impl Error {
     /// What to do, in words, where anything can be done: the end of the line that `Display` gives.
     ///
     /// ```
-    /// use planisphere_renderer::{Camera, Error};
+    /// # use planisphere_renderer as planisphere;
+    /// use planisphere::{Camera, Error};
     ///
     /// let error = Camera::orthographic([0.0; 3], [0.0; 3], 10.0).unwrap_err();
     /// assert!(matches!(error, Error::Camera { field: "view", .. }));
@@ -204,6 +210,7 @@ impl fmt::Display for Error {
             | Self::NoDevice { words }
             | Self::File { words, .. }
             | Self::Changed { words }
+            | Self::Texture { words }
             | Self::Parts { words }
             | Self::Write { words } => f.write_str(words),
             Self::Io(error) => error.fmt(f),

@@ -1,6 +1,14 @@
-//! The library: a scene, a request, a renderer, a picture.
+//! The library: the types that `planisphere` passes on, and what draws behind them.
+//!
+//! * [`Renderer`] draws a [`Request`]; [`Job`] is one under way. `turns` lets few at a time.
+//! * `engine`: an opened device, and why this one; `hybrid`: who draws what a GPU leaves.
+//! * `files`: the way of a picture into files; `parts`: of which each machine draws one; `subject`
+//!   is what both are of. `plan`: what a picture will take.
+//! * `on_wgpu`: devices of the caller's.
+
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 #![forbid(unsafe_code)]
+#![warn(missing_debug_implementations)]
 
 mod camera;
 mod engine;
@@ -10,6 +18,8 @@ pub mod files;
 #[cfg(feature = "gpu")]
 mod hybrid;
 mod job;
+#[cfg(feature = "gpu")]
+mod on_wgpu;
 #[cfg(feature = "parts")]
 mod parts;
 mod picture;
@@ -25,9 +35,12 @@ mod subject;
 mod turns;
 
 pub use camera::Camera;
-pub use engine::{Device, DeviceError, Engine, Opened, PassedOver, host};
+pub use engine::{Device, PassedOver};
+#[doc(hidden)]
+pub use engine::{DeviceError, Engine, Opened, host};
 pub use error::Error;
 #[cfg(feature = "gpu")]
+#[doc(hidden)]
 pub use hybrid::{Hybrid, REST};
 pub use job::Job;
 #[cfg(feature = "parts")]
@@ -37,7 +50,7 @@ pub use picture::{Difference, Hit, Picture};
 pub use plan::Plan;
 pub use planisphere_core::camera::{MAX_SIDE, Region};
 #[cfg(feature = "gpu")]
-pub use planisphere_gpu::adapters::adapters;
+pub use planisphere_gpu::{adapters::adapters, wgpu};
 #[cfg(feature = "read")]
 pub use read::{Document, read};
 pub use renderer::Renderer;

@@ -57,7 +57,7 @@ struct Inner {
 
 /// Where engines come from.
 #[derive(Clone)]
-struct Source {
+pub(crate) struct Source {
     device: Device,
     description: String,
     why: String,
@@ -65,9 +65,25 @@ struct Source {
     /// The opened GPU; none for native code.
     #[cfg(feature = "gpu")]
     gpu: Option<Arc<planisphere_gpu::Gpu>>,
+    /// Where that is the caller's device.
+    #[cfg(feature = "gpu")]
+    host: Option<crate::on_wgpu::Host>,
 }
 
 impl Source {
+    /// A device of the caller's.
+    #[cfg(feature = "gpu")]
+    pub fn of_host(gpu: planisphere_gpu::Gpu, host: crate::on_wgpu::Host) -> Self {
+        Self {
+            device: Device::Gpu,
+            description: gpu.description(),
+            why: "a device of the caller's".into(),
+            passed_over: Vec::new(),
+            gpu: Some(Arc::new(gpu)),
+            host: Some(host),
+        }
+    }
+
     fn engine(&self) -> Engine {
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &self.gpu {
@@ -98,6 +114,8 @@ impl Renderer {
             passed_over: Vec::new(),
             #[cfg(feature = "gpu")]
             gpu: None,
+            #[cfg(feature = "gpu")]
+            host: None,
         };
         Self::from_source(source, None, None)
     }
@@ -118,11 +136,13 @@ impl Renderer {
                 Engine::Cpu(_) => None,
                 Engine::Gpu(hybrid) => Some(Arc::new(hybrid.gpu)),
             },
+            #[cfg(feature = "gpu")]
+            host: None,
         };
         Ok(Self::from_source(source, None, None))
     }
 
-    fn from_source(
+    pub(crate) fn from_source(
         source: Source,
         pool: Option<Arc<rayon::ThreadPool>>,
         limit: Option<usize>,
@@ -136,8 +156,8 @@ impl Renderer {
         Self(Arc::new(Inner { source, idle, pool, lanes, turns }))
     }
 
-    /// With a pool of its own, of so many threads, in place of the caller's. It has an order, the
-    /// fewest first: say this before [`Renderer::in_flight`].
+    /// With a pool of its own, of so many threads, in place of the caller's; and as many pictures
+    /// in flight.
     ///
     /// # Errors
     /// When the system has no threads left.
@@ -155,6 +175,12 @@ impl Renderer {
     #[must_use]
     pub fn in_flight(self, pictures: usize) -> Self {
         Self::from_source(self.0.source.clone(), self.0.pool.clone(), Some(pictures))
+    }
+
+    /// The caller's device, if it draws on one.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn host(&self) -> Option<&crate::on_wgpu::Host> {
+        self.0.source.host.as_ref()
     }
 
     /// Which device draws, in words.
