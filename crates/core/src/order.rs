@@ -23,6 +23,7 @@ use crate::{
     host::Host,
     ids::{SortedIndex, SphereIndex},
     pair,
+    pool::Later,
     project::BATCH,
     scene::{Ball, Block, Colors, Column, Radii, Reals, Scene},
 };
@@ -112,7 +113,7 @@ impl Ordered {
         (indices, starts): (Vec<SphereIndex>, Vec<u32>),
         control: &Control,
     ) -> Result<Self, DrawError> {
-        let bounds = scene.bounds();
+        let (bounds, indices) = (scene.bounds(), Later::from(indices));
         let count = indices.len();
         let blocks = || scene.blocks().map(|(_, block)| block).filter(|block| !block.is_empty());
         let single = blocks().all(|block| matches!(block.centers, Reals::F32(_)));
@@ -144,7 +145,7 @@ impl Ordered {
         }]);
         Ok(Self {
             block,
-            indices,
+            indices: indices.keep(),
             starts,
             groups: groups.expect("finite and positive, as the exponents are not extreme"),
         })
@@ -221,12 +222,12 @@ const PART: usize = 1 << 12;
 ///
 /// # Errors
 /// When it was cancelled.
-fn made<T: Copy + Send>(
+fn made<T: Copy + Send + 'static>(
     count: usize,
     control: &Control,
     make: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, DrawError> {
-    let mut all = Vec::with_capacity(count);
+    let mut all = Later::from(Vec::with_capacity(count));
     all.spare_capacity_mut()[..count].par_chunks_mut(PART).enumerate().try_for_each(
         |(part, to)| {
             control.check()?;
@@ -238,7 +239,7 @@ fn made<T: Copy + Send>(
     )?;
     // SAFETY: reserved above, and each of them was written, or this was left by an error.
     unsafe { all.set_len(count) };
-    Ok(all)
+    Ok(all.keep())
 }
 
 /// A sphere that holds a group whole. The factor is far above the roundings of a distance and a
@@ -290,7 +291,7 @@ fn add_up(counts: &mut [u32], first: u32) -> u32 {
 
 /// Indices in ascending order, without those of spheres that are the same as an earlier one: all of
 /// them, unless many are the same.
-fn distinct(scene: &Scene, control: &Control) -> Result<Vec<SphereIndex>, DrawError> {
+fn distinct(scene: &Scene, control: &Control) -> Result<Later<SphereIndex>, DrawError> {
     /// A first look takes one sphere in this many. A hash of its numbers chooses it, so that equal
     /// spheres are chosen together.
     const SAMPLE: u64 = 64;
@@ -327,11 +328,12 @@ fn distinct(scene: &Scene, control: &Control) -> Result<Vec<SphereIndex>, DrawEr
     };
     let (some, of) = repeated(SAMPLE)?;
     if some.len() * 16 <= of {
-        return made(scene.len(), control, |index| SphereIndex(index as u32));
+        return Ok(made(scene.len(), control, |index| SphereIndex(index as u32))?.into());
     }
     let mut keep = vec![true; scene.len()];
     repeated(1)?.0.into_iter().for_each(|index| keep[index.at()] = false);
-    Ok((0..scene.len() as u32).map(SphereIndex).filter(|&index| keep[index.at()]).collect())
+    let kept = (0..scene.len() as u32).map(SphereIndex).filter(|&index| keep[index.at()]);
+    Ok(kept.collect::<Vec<_>>().into())
 }
 
 /// So many spheres in turn between two looks whether it was cancelled.
@@ -341,11 +343,15 @@ const STRIDE: usize = 1 << 16;
 ///
 /// # Errors
 /// When it was cancelled.
-fn room<T: Copy + Default>(count: usize, control: &Control) -> Result<Vec<T>, DrawError> {
-    let mut all = Vec::with_capacity(count);
+fn room<T: Copy + Default + Send + 'static>(
+    count: usize,
+    control: &Control,
+) -> Result<Later<T>, DrawError> {
+    let mut all = Later::from(Vec::with_capacity(count));
     while all.len() < count {
         control.check()?;
-        all.resize(count.min(all.len() + STRIDE), T::default());
+        let some = count.min(all.len() + STRIDE);
+        all.resize(some, T::default());
     }
     Ok(all)
 }
@@ -366,7 +372,7 @@ fn along_a_curve(
     // The bits of a coordinate with two zeros between each.
     let spread = |c: u32| (0..bits).map(|k| (c >> k & 1) << (3 * k)).sum::<u32>();
     let spread: Vec<u32> = (0..1 << bits).map(spread).collect();
-    let mut indices = room(some.len(), control)?;
+    let mut indices: Later<SphereIndex> = room(some.len(), control)?;
     let mut starts =
         Vec::with_capacity(some.len() / GROUP + (some.len().div_ceil(part) << CLASSES) + 1);
     for (number, some) in some.chunks(part).enumerate() {
@@ -377,7 +383,7 @@ fn along_a_curve(
             let [x, y, z] = cell.to_array().map(|c| spread[(c as usize).min(spread.len() - 1)]);
             class(bounds.max_radius, radius(scene, index)) << (3 * bits) | x | y << 1 | z << 2
         };
-        let keys: Vec<u32> = made(some.len(), control, key)?;
+        let keys: Later<u32> = made(some.len(), control, key)?.into();
         let mut next = vec![0; cells << CLASSES];
         for keys in keys.chunks(STRIDE) {
             control.check()?;
@@ -398,7 +404,7 @@ fn along_a_curve(
         }
     }
     starts.push(indices.len() as u32);
-    Ok((indices, starts))
+    Ok((indices.keep(), starts))
 }
 
 /// Some indices such that those of a group lie close together, and where groups begin. First by
@@ -418,7 +424,7 @@ fn arranged(
         at[0] = at[0] & !((1 << CLASSES) - 1) | class(bounds.max_radius, radius(scene, index));
         Item { at, index }
     };
-    let items: Vec<Item> = made(some.len(), control, item)?;
+    let items: Later<Item> = made(some.len(), control, item)?.into();
     // At least a thousand spheres to a cell, or there would be many groups that are not full.
     let bits = (some.len() >> 10).max(1).ilog2() / 3;
     let mut ends = vec![0u32; 1 << (CLASSES + 3 * bits)];
@@ -431,7 +437,7 @@ fn arranged(
     let nexts = ends[1..].iter().copied().chain([total]);
     ends.iter().zip(nexts).for_each(|(&start, next)| starts.extend((start..next).step_by(GROUP)));
     starts.push(total);
-    let mut by_cell: Vec<Item> = room(items.len(), control)?;
+    let mut by_cell: Later<Item> = room(items.len(), control)?;
     for items in items.chunks(STRIDE) {
         control.check()?;
         for item in items {
@@ -451,6 +457,7 @@ fn arrange(items: &mut [Item], control: &Control) -> Result<(), DrawError> {
     if items.len() <= GROUP {
         return Ok(());
     }
+    control.check()?;
     let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
     for item in &*items {
         for k in 0..3 {
@@ -465,7 +472,6 @@ fn arrange(items: &mut [Item], control: &Control) -> Result<(), DrawError> {
         arrange(front, control)?;
         arrange(back, control)
     } else {
-        control.check()?;
         let (front, back) = rayon::join(|| arrange(front, control), || arrange(back, control));
         front.and(back)
     }
@@ -653,7 +659,7 @@ mod tests {
         }));
         let scene = Scene::from_spheres(&several).unwrap();
         let want: Vec<_> = (0..3000).chain(5000..5501).map(SphereIndex).collect();
-        assert_eq!(distinct(&scene, &Control::new()).unwrap(), want);
+        assert_eq!(*distinct(&scene, &Control::new()).unwrap(), want);
         for ordered in [whole(&scene), coarse(&scene, 1000)] {
             let mut kept = ordered.indices.clone();
             kept.sort_unstable();

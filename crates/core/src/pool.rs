@@ -10,7 +10,7 @@
 //! for the same lock, and waits for itself for ever.
 
 use std::{
-    ops::Range,
+    ops::{Deref, DerefMut, Range},
     sync::{
         Mutex, PoisonError,
         atomic::{AtomicUsize, Ordering},
@@ -62,6 +62,63 @@ pub fn each_of<T: Send>(things: impl IntoIterator<Item = T>, work: impl Fn(T) + 
     each(things.len(), |number| {
         let thing = things[number].lock().unwrap_or_else(PoisonError::into_inner).take();
         thing.into_iter().for_each(&work);
+    });
+}
+
+/// Memory that is given back by another thread of the pool, so that nobody waits for it: to unmap
+/// takes the system about as long as to fill. It must be dropped inside of the pool ([`enter`]).
+pub struct Later<T: Send + 'static>(Option<Vec<T>>);
+
+/// Bytes that are given back at once.
+const LITTLE: usize = 1 << 20;
+
+impl<T: Send + 'static> Later<T> {
+    /// The memory itself.
+    pub fn keep(mut self) -> Vec<T> {
+        self.0.take().unwrap_or_default()
+    }
+}
+
+impl<T: Send + 'static> From<Vec<T>> for Later<T> {
+    fn from(memory: Vec<T>) -> Self {
+        Self(Some(memory))
+    }
+}
+
+impl<T: Send + 'static> Deref for Later<T> {
+    type Target = Vec<T>;
+
+    fn deref(&self) -> &Vec<T> {
+        self.0.as_ref().expect("it is there until it is kept or dropped")
+    }
+}
+
+impl<T: Send + 'static> DerefMut for Later<T> {
+    fn deref_mut(&mut self) -> &mut Vec<T> {
+        self.0.as_mut().expect("it is there until it is kept or dropped")
+    }
+}
+
+impl<T: Send + 'static> Drop for Later<T> {
+    fn drop(&mut self) {
+        if let Some(memory) = self.0.take()
+            && memory.capacity() * size_of::<T>() > LITTLE
+        {
+            give_back(memory);
+        }
+    }
+}
+
+/// Gives memory back little by little, as tasks of the pool: a thread that waits takes up whatever
+/// there is, and must soon be back.
+fn give_back<T: Send + 'static>(mut memory: Vec<T>) {
+    rayon::spawn(move || {
+        let left = memory.capacity().saturating_sub(4 * LITTLE / size_of::<T>().max(1));
+        if left > 0 {
+            memory.truncate(left);
+            memory.shrink_to(left);
+            give_back(memory);
+        }
     });
 }
 

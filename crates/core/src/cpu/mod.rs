@@ -27,6 +27,7 @@ use crate::{
     host::Host,
     order::{BYTES, GROUP, Kept, Ordered, has_room},
     pool,
+    pool::Later,
     scene::Scene,
     tile::{Exact, Mode},
 };
@@ -156,9 +157,11 @@ impl Cpu {
     /// # Errors
     /// When it was cancelled.
     pub fn prepare(&self, scene: &Scene) -> Result<Option<Arc<Ordered>>, DrawError> {
-        scene.kept::<Kept>().order(|| match has_room(scene, &self.host) {
-            true => Ordered::new(scene, &self.control),
-            false => Ok(None),
+        pool::enter(|| {
+            scene.kept::<Kept>().order(|| match has_room(scene, &self.host) {
+                true => Ordered::new(scene, &self.control),
+                false => Ok(None),
+            })
         })
     }
 
@@ -187,7 +190,13 @@ impl Cpu {
         region: Region,
     ) -> Result<Drawing, DrawError> {
         let mut drawing = Drawing::new(scene, view, region, std::mem::take(&mut self.lent))?;
-        pool::enter(|| self.draw_into::<M>(scene, view, &mut drawing))?;
+        pool::enter(|| {
+            let result = self.draw_into::<M>(scene, view, &mut drawing);
+            if result.is_err() {
+                drop(Later::from(std::mem::take(&mut drawing.ids)));
+            }
+            result
+        })?;
         Ok(drawing)
     }
 
