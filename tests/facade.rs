@@ -466,6 +466,45 @@ fn a_pixel_is_picked_as_it_is_drawn() {
 }
 
 #[test]
+fn a_fitted_camera_sees_every_sphere_and_little_else() {
+    let scene = Scene::new(unlike(3000)).unwrap();
+    let renderer = Renderer::cpu();
+    for size in [[300, 200], [100, 300], [64, 64]] {
+        let direction = [-1.0, -0.3, -0.4];
+        for (camera, least) in [
+            (Camera::isometric(), 0.9),
+            (Camera::orthographic([1e9, 0.0, 0.0], direction, 1e-3).unwrap(), 0.9),
+            (Camera::perspective([1.0; 3], direction, 40.0).unwrap(), 0.7),
+            // The corner that is nearest takes most of a wide view.
+            (Camera::perspective([1.0; 3], direction, 120.0).unwrap(), 0.5),
+        ] {
+            let fitted = camera.fit(&scene, size);
+            let picture = renderer.draw(&Request::new(&scene, fitted, size).unwrap()).unwrap();
+            let [width, height] = size.map(|side| side as usize);
+            let seen = |at: usize| picture.ids()[at] >= 0;
+            let column = |x: usize| (0..height).any(|y| seen(y * width + x));
+            let row = |y: usize| (0..width).any(|x| seen(y * width + x));
+            let edge = [column(0), column(width - 1), row(0), row(height - 1)];
+            assert_eq!(edge, [false; 4], "{fitted:?}");
+            // Along one of the two sides little is left.
+            let columns = (0..width).filter(|&x| column(x)).count() as f64 / width as f64;
+            let rows = (0..height).filter(|&y| row(y)).count() as f64 / height as f64;
+            assert!(columns.max(rows) > least, "{columns} {rows} {fitted:?}");
+        }
+    }
+    // What cannot be framed leaves the camera as it is, or finds one; nothing panics.
+    let far = |x: f64| [Sphere { center: [x, 0.0, 0.0], radius: 1.0, color: [0; 3] }];
+    for x in [0.0, 1e300, f64::MAX, 5e-324] {
+        let scene = Scene::new(far(x).into_iter().collect()).unwrap();
+        let _ = Camera::isometric().fit(&scene, [64, 64]);
+    }
+    let none = Scene::new(Spheres::default()).unwrap();
+    let request = Request::new(&none, Camera::isometric().fit(&none, [4, 4]), [4, 4]).unwrap();
+    assert_eq!(renderer.draw(&request).unwrap().ids(), [-1; 16]);
+    assert_eq!(request.why_empty(), "the scene has no spheres");
+}
+
+#[test]
 fn requests_come_in_turn_and_few_at_a_time() {
     let renderer = Renderer::cpu().in_flight(2);
     let scene = many(100_000, 0.4);

@@ -20,7 +20,7 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
     ("window", &["core", "image", "io", "renderer"]),
     ("bench", &["core", "gpu", "image", "io", "renderer"]),
     ("testkit", &[]),
-    ("", &["bench", "core", "gpu", "image", "io", "memory", "renderer", "window"]),
+    ("", &["bench", "io", "renderer", "window"]),
 ];
 
 /// Packages that few crates may depend on, and those crates. The root package, which is the command
@@ -30,7 +30,7 @@ const FEW_MAY_KNOW: [(&str, &[&str]); 12] = [
     ("libc", &["", "bench", "io", "window"]),
     ("memmap2", &["io", "window"]),
     ("naga", &["shaders"]),
-    ("pollster", &["gpu"]),
+    ("pollster", &["gpu", "renderer"]),
     ("softbuffer", &["window"]),
     ("tempfile", &["bench", "io"]),
     ("toml", &["io", "testkit"]),

@@ -1,8 +1,8 @@
-//! What a program that uses the library may do: draw one scene from many threads, and ask for what
-//! has no picture.
+//! What the inner crates refuse, and that their drawings end when they are cancelled. What a program
+//! that uses the library may count on is in `facade.rs`.
 
 use std::{
-    sync::{Barrier, mpsc},
+    sync::mpsc,
     thread,
     time::{Duration, Instant},
 };
@@ -22,93 +22,6 @@ use planisphere_io::{
     png::write_png,
 };
 use planisphere_renderer::{Device, Engine};
-
-/// Spheres of which one in a hundred is ten times as large as the others: what large ones hide is
-/// looked for.
-fn unlike(count: u32) -> Vec<Sphere> {
-    let sphere = |k: u32| {
-        let at = |m: u32| f64::from(k.wrapping_mul(m) >> 16) / 655.36;
-        let radius = if k.is_multiple_of(100) { 2.0 } else { 0.2 };
-        Sphere {
-            center: DVec3::new(at(2654435761), at(2246822519), at(3266489917)),
-            radius,
-            color: [200; 3],
-        }
-    };
-    (0..count).map(sphere).collect()
-}
-
-/// Fails when some work is not done in time: a deadlock would otherwise hold up the tests for ever.
-fn within(limit: Duration, what: &str, work: impl FnOnce() + Send + 'static) {
-    // Without optimization everything takes long.
-    let limit = if cfg!(debug_assertions) { 20 * limit } else { limit };
-    let (done, waits) = mpsc::channel();
-    let worker = thread::spawn(move || {
-        work();
-        let _ = done.send(());
-    });
-    match waits.recv_timeout(limit) {
-        Err(mpsc::RecvTimeoutError::Timeout) => panic!("{what}: not done within {limit:?}"),
-        _ => worker.join().unwrap(),
-    }
-}
-
-/// `PLANISPHERE_ROUNDS=300` draws as many fresh scenes in each way; the default is for every day.
-fn rounds(usual: usize) -> usize {
-    std::env::var("PLANISPHERE_ROUNDS")
-        .map_or(usual, |rounds| rounds.parse().expect("a number of rounds"))
-}
-
-/// Draws of fresh scenes, several of each at once, on pools of several sizes. A draw that waits
-/// inside of a lock for other threads of its pool takes up another draw meanwhile, which waits for
-/// the lock: that hung within some ten rounds.
-fn together(choice: Device, rounds: usize) {
-    let spheres = unlike(100_000);
-    let image = ImageSize { width: 320, height: 180 };
-    for threads in [2, 4] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        for callers in [2, 8] {
-            let mut devices: Vec<Engine> =
-                (0..callers).map(|_| Engine::open(&choice).unwrap()).collect();
-            for round in 0..rounds {
-                let scene = Scene::from_spheres(&spheres).unwrap();
-                let view = View::new(Camera::framing(scene.bounds(), image), image);
-                let start = Barrier::new(callers);
-                let draw = |device: &mut Engine| {
-                    start.wait();
-                    pool.install(|| device.draw(&scene, &view, Region::whole(image)).unwrap().ids)
-                };
-                let mut all: Vec<Vec<i32>> = thread::scope(|scope| {
-                    let callers: Vec<_> =
-                        devices.iter_mut().map(|device| scope.spawn(|| draw(device))).collect();
-                    callers.into_iter().map(|caller| caller.join().unwrap()).collect()
-                });
-                let first = all.pop().unwrap();
-                assert!(first.iter().any(|&id| id >= 0));
-                assert!(
-                    all.iter().all(|ids| *ids == first),
-                    "round {round}, {threads} threads, {callers} callers"
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn a_fresh_scene_is_drawn_by_many_at_once_on_the_cpu() {
-    let rounds = rounds(25);
-    within(Duration::from_secs(60 + 2 * rounds as u64), "draws at once", move || {
-        together(Device::Cpu, rounds)
-    });
-}
-
-#[test]
-fn a_fresh_scene_is_drawn_by_many_at_once_on_the_gpu() {
-    let rounds = rounds(4);
-    within(Duration::from_secs(120 + 4 * rounds as u64), "draws at once", move || {
-        together(Device::Gpu, rounds)
-    });
-}
 
 const IMAGE: ImageSize = ImageSize { width: 8, height: 6 };
 

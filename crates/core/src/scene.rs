@@ -212,7 +212,7 @@ impl Block {
     }
 
     /// Centre of sphere `index` of this block.
-    #[inline]
+    #[inline(always)]
     pub fn center(&self, index: usize) -> DVec3 {
         match &self.centers {
             Reals::F32(c) => {
@@ -224,7 +224,7 @@ impl Block {
     }
 
     /// Radius of sphere `index` of this block.
-    #[inline]
+    #[inline(always)]
     pub fn radius(&self, index: usize) -> f64 {
         match &self.radii {
             Radii::Same(radius) => *radius,
@@ -396,13 +396,19 @@ impl Derived {
 }
 
 /// Tells whether a scene, or any clone of it, is still there.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Alive(Weak<Derived>);
 
 impl Alive {
     /// Whether it is.
     pub fn is_alive(&self) -> bool {
         self.0.strong_count() > 0
+    }
+}
+
+impl fmt::Debug for Derived {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Derived").field("identity", &self.identity).finish_non_exhaustive()
     }
 }
 

@@ -12,7 +12,7 @@ use std::{
 };
 
 use crate::plan::Fixed;
-use planisphere_core::{ids::SortedIndex, order::Ordered};
+use planisphere_core::{ids::SortedIndex, order::Ordered, scene::Alive};
 
 /// Device memory that all scenes together may take, bytes: with more, only the one that was drawn
 /// last stays. That is 16 Mi spheres. A program that goes back and forth between a few scenes sends
@@ -48,6 +48,8 @@ pub struct Layout {
 pub struct Uploaded {
     /// [`planisphere_core::scene::Scene::identity`].
     pub identity: u64,
+    /// Whether there is any use for it still.
+    pub alive: Alive,
     /// How it lies there.
     pub layout: Layout,
     /// None where the device cannot hold the scene's numbers.
@@ -126,21 +128,28 @@ impl Kept {
         if let Some(there) = Self::find_in(&mut scenes, new.identity, new.layout) {
             return there;
         }
+        let unused = Self::unused_in(&mut scenes);
         let rest = self.rest(&scenes, new.bytes);
         let dropped = scenes.split_off(rest);
         scenes.insert(0, Arc::clone(&new));
         drop(scenes);
-        drop(dropped);
+        drop((dropped, unused));
         new
     }
 
     /// Drops what would go if a scene of so many bytes were taken in: before memory is asked for.
     pub fn make_room(&self, bytes: u64) {
         let mut scenes = self.scenes();
+        let unused = Self::unused_in(&mut scenes);
         let rest = self.rest(&scenes, bytes);
         let dropped = scenes.split_off(rest);
         drop(scenes);
-        drop(dropped);
+        drop((dropped, unused));
+    }
+
+    /// Takes out the scenes that nobody can draw any more.
+    fn unused_in(scenes: &mut Vec<Arc<Uploaded>>) -> Vec<Arc<Uploaded>> {
+        scenes.extract_if(.., |scene| !scene.alive.is_alive()).collect()
     }
 
     /// How many of some scenes may stay beside one of so many bytes.
@@ -167,13 +176,27 @@ impl Kept {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::OnceLock;
+
     use super::*;
+    use planisphere_core::scene::Scene;
 
     const LAYOUT: Layout = Layout { chunk: 1, order: 2, cover: 3 };
 
     fn scene(identity: u64, bytes: u64) -> Uploaded {
+        static STAYS: OnceLock<Scene> = OnceLock::new();
+        of(STAYS.get_or_init(none), identity, bytes)
+    }
+
+    /// A scene of no spheres.
+    fn none() -> Scene {
+        Scene::from_spheres(&[]).unwrap()
+    }
+
+    fn of(scene: &Scene, identity: u64, bytes: u64) -> Uploaded {
         let (chunks, large) = (Vec::new(), Vec::new());
-        Uploaded { identity, layout: LAYOUT, fixed: None, chunks, bytes, ordered: None, large }
+        let (layout, alive) = (LAYOUT, scene.alive());
+        Uploaded { identity, alive, layout, fixed: None, chunks, bytes, ordered: None, large }
     }
 
     fn identities(kept: &Kept) -> Vec<u64> {
@@ -215,6 +238,21 @@ mod tests {
         }
         let want: Vec<u64> = (0..100).rev().take(SCENES).collect();
         assert_eq!(identities(&kept), want);
+    }
+
+    #[test]
+    fn scenes_that_are_gone_go_when_another_comes() {
+        let kept = Kept::new();
+        let [one, two] = [none(), none()];
+        kept.insert(of(&one, 1, 10));
+        kept.insert(of(&two, 2, 10));
+        let clone = two.clone();
+        drop((one, two));
+        kept.insert(scene(3, 10));
+        assert_eq!(identities(&kept), [3, 2], "a clone is left of the second");
+        drop(clone);
+        kept.make_room(10);
+        assert_eq!(identities(&kept), [3]);
     }
 
     #[test]

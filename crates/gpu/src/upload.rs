@@ -73,8 +73,8 @@ impl Upload<'_> {
             // Where there is no order, a sphere's place is its index.
             None => scene.large().iter().map(|index| Some(SortedIndex(index.0))).collect(),
         };
-        let identity = scene.identity();
-        Ok(Uploaded { identity, layout, fixed, chunks, bytes: taken, ordered, large })
+        let (identity, alive) = (scene.identity(), scene.alive());
+        Ok(Uploaded { identity, alive, layout, fixed, chunks, bytes: taken, ordered, large })
     }
 
     /// A buffer for some spheres.

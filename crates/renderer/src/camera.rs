@@ -5,9 +5,11 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 use planisphere_core::{
     axes::Axes,
-    camera::{self, CameraError, ImageSize, MAX_SIDE, Projection, ScreenSize, View},
+    camera::{self, CameraError, ImageSize, MAX_SIDE, Pitch, Projection, ScreenSize, View},
     fov::height_from_fov,
+    scene,
 };
+use rayon::prelude::*;
 
 use crate::{Error, Scene};
 
@@ -93,15 +95,64 @@ impl Camera {
     }
 
     /// Moved back, and a picture of parallel rays resized, until every sphere just fits into a
-    /// picture of some columns and rows. Clip distances are given up.
+    /// picture of some columns and rows, with 4 % to spare. Clip distances are given up. It looks
+    /// at every sphere.
     #[must_use]
     pub fn fit(self, scene: &Scene, [width, height]: [u32; 2]) -> Self {
-        let mut core = self.0;
         let side = |side: u32| side.clamp(1, MAX_SIDE);
         let image = ImageSize { width: side(width), height: side(height) };
+        if let Some(fitted) = self.fitted(scene.core(), image) {
+            return fitted;
+        }
+        // Of no spheres, and where squares of numbers leave the range of f64. Of scenes beyond what
+        // f64 can frame at all the camera stays.
+        let mut core = self.0;
         core.frame(scene.core().bounds(), image);
-        // Of scenes beyond what f64 can frame the camera stays.
         Self::checked(core).unwrap_or(self)
+    }
+
+    /// As [`Camera::fit`], by what every sphere takes of the screen; none of no spheres, and where
+    /// numbers are beyond f64.
+    fn fitted(self, scene: &scene::Scene, image: ImageSize) -> Option<Self> {
+        let bounds = (!scene.is_empty()).then(|| scene.bounds())?;
+        let middle = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
+        let axes = Axes::new(self.0.view, self.0.up);
+        let axes = [axes.right, axes.up, axes.forward].map(|axis| axis.nearest());
+        let [right, up, forward] = axes;
+        let mut core = camera::Camera { near: 0.0, far: f64::INFINITY, ..self.0 };
+        match core.projection {
+            Projection::Orthographic => {
+                let [low, high] = extent(scene, |center, radius| {
+                    let at = DVec3::from_array(axes.map(|axis| (center - middle).dot(axis)));
+                    [at - radius, at + radius]
+                });
+                let (size, aside) = (MARGIN * (high - low), 0.5 * low + 0.5 * high);
+                let [across, down] = [image.width, image.height].map(f64::from);
+                core.size = match size.x * down >= size.y * across {
+                    true => ScreenSize::Width(size.x),
+                    false => ScreenSize::Height(size.y),
+                };
+                // So far back that nothing is behind the camera when it is turned about the scene.
+                let depth = low.z - size.length();
+                core.origin = middle + aside.x * right + aside.y * up + depth * forward;
+            }
+            Projection::Perspective => {
+                let view = View::new(core, image);
+                let half = |sides: u32, pitch: Pitch| 0.5 * f64::from(sides) * pitch.to_f64();
+                let tan = [half(image.width, view.pitch_x), half(image.height, view.pitch_y)];
+                // A sphere touches a side of the pyramid where it is `radius / cos` beside it.
+                let [_, high] = extent(scene, |center, radius| {
+                    let [x, y, z] = axes.map(|axis| (center - middle).dot(axis));
+                    let far = |aside: f64, tan: f64| {
+                        (aside.abs() + radius * (1.0 + tan * tan).sqrt()) / tan - z
+                    };
+                    let far = far(x, tan[0]).max(far(y, tan[1])).max(radius - z);
+                    [DVec3::splat(far); 2]
+                });
+                core.origin = middle - MARGIN * high.x * forward;
+            }
+        }
+        Self::checked(core).ok()
     }
 
     /// Turned about a point, in degrees: `across` about what is up, to the right for positive
@@ -164,6 +215,23 @@ impl Camera {
         core.check()?;
         Ok(Self(core))
     }
+}
+
+/// What is left free around a scene.
+const MARGIN: f64 = 1.04;
+
+/// The least and the greatest of what every sphere takes.
+fn extent(scene: &scene::Scene, of: impl Fn(DVec3, f64) -> [DVec3; 2] + Sync) -> [DVec3; 2] {
+    const PART: usize = 1 << 14;
+    let none = || [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let both = |a: [DVec3; 2], b: [DVec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    let of_block = |block: &scene::Block| {
+        let parts = (0..block.len()).into_par_iter().with_min_len(PART);
+        parts
+            .fold(none, |all, k| both(all, of(block.center(k), block.radius(k))))
+            .reduce(none, both)
+    };
+    scene.blocks().map(|(_, block)| of_block(block)).fold(none(), both)
 }
 
 /// With z up, or y where it looks along z.

@@ -107,14 +107,20 @@ impl Hybrid {
             self.stood_in = Some(HARD);
             self.resting = self.rest;
         }
+        let whole = self.control.clone();
         for band in left {
             let begin = Instant::now();
+            // The GPU has told of the bands before, and of most of this one.
+            let share = [band.y - region.y, band.y - region.y + band.height];
+            let share = share.map(|row| row as f32 / region.height as f32);
+            self.cpu.controlled_by(&whole.part(share));
             let part = self.draw_on_host(scene, view, band)?;
             let first = (band.y - region.y) as usize * region.width as usize;
             drawing.ids[first..first + part.ids.len()].copy_from_slice(&part.ids);
             drawing.counts.exact += part.counts.exact;
             drawing.times.decide += begin.elapsed().as_secs_f64() * 1e3;
         }
+        self.cpu.controlled_by(&whole);
         Ok(drawing)
     }
 
