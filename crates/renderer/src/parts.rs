@@ -13,6 +13,7 @@ use planisphere_io::part::PartWriter;
 
 use crate::{
     Camera, Error, Look, Picture, Renderer, Request, Scene,
+    picture::opaque,
     renderer::{PIECE, bands, drawn, sized},
     subject::{Indices, Subject},
 };
@@ -129,7 +130,7 @@ impl Part {
         let (mut rgba, mut depth) = (Vec::new(), Vec::new());
         sized(&mut rgba, places.len(), "colors")?;
         let paint = Paint { scene: merge.scene(), background: look.background };
-        paint.fill(&places, &mut rgba, |[r, g, b]| [r, g, b, 255])?;
+        paint.fill(&places, &mut rgba, opaque)?;
         depth.extend(merged(&merge, |subject| {
             depth::depths(subject.scene, subject.truth, region, &places)
                 .map_err(|error| subject.refused(error))
@@ -138,7 +139,7 @@ impl Part {
         let index = |&place: &i32| usize::try_from(place).map_or(-1, |place| indices[place] as i32);
         let ids = places.iter().map(index).collect();
         let (request, indices) = (Some(request), Some(Arc::clone(&indices)));
-        Ok(Picture { request, ids, rgba, depth, indices, ..Picture::default() })
+        Ok(Picture { request, ids, rgba: rgba.into(), depth, indices, ..Picture::default() })
     }
 
     /// The part as bytes (`.npz`), to a file, a socket, a bucket.

@@ -1,6 +1,10 @@
 //! What was drawn: planes of pixels, and what is met at one.
 
-use std::{fmt, sync::Arc, time::Duration};
+use std::{
+    fmt,
+    sync::{Arc, OnceLock},
+    time::Duration,
+};
 
 use glam::DVec3;
 use planisphere_core::{
@@ -8,7 +12,6 @@ use planisphere_core::{
     drawing::Counts,
     exact::decide::{Root, Tally, Truth},
 };
-#[cfg(feature = "png")]
 use planisphere_image::Paint;
 #[cfg(feature = "png")]
 use planisphere_io::png;
@@ -24,7 +27,8 @@ pub struct Picture {
     /// None of a picture that nothing was drawn into yet.
     pub(crate) request: Option<Request>,
     pub(crate) ids: Vec<i32>,
-    pub(crate) rgba: Vec<[u8; 4]>,
+    /// Made when it is first asked for, unless memory for it was there.
+    pub(crate) rgba: OnceLock<Vec<[u8; 4]>>,
     pub(crate) depth: Vec<f32>,
     pub(crate) counts: Counts,
     pub(crate) elapsed: Duration,
@@ -37,11 +41,16 @@ impl fmt::Debug for Picture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Picture")
             .field("size", &self.size())
-            .field("rgba", &!self.rgba.is_empty())
+            .field("color", &self.has_colors())
             .field("depth", &!self.depth.is_empty())
             .field("elapsed", &self.elapsed)
             .finish_non_exhaustive()
     }
+}
+
+/// A colour without transparency.
+pub(crate) fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
+    [r, g, b, 255]
 }
 
 /// What a ray meets first.
@@ -115,19 +124,48 @@ impl Picture {
         &self.depth
     }
 
-    /// sRGB and straight alpha, 8 bits each.
+    /// sRGB and straight alpha, 8 bits each. They are made when they are first asked for: a picture
+    /// that is only saved needs none of them.
     pub fn rgba(&self) -> &[[u8; 4]] {
-        &self.rgba
+        // Not inside of the lock, where no rayon may be: see `planisphere_core::pool`. Two who ask at
+        // once may find the same twice.
+        match self.rgba.get() {
+            Some(rgba) => rgba,
+            None => {
+                let rgba = self.colored();
+                self.rgba.get_or_init(|| rgba)
+            }
+        }
+    }
+
+    /// The colours of the ids.
+    fn colored(&self) -> Vec<[u8; 4]> {
+        let Some(paint) = self.paint() else { return Vec::new() };
+        let mut rgba = vec![[0; 4]; self.ids.len()];
+        let filled = paint.fill(&self.ids, &mut rgba, opaque);
+        filled.expect("the ids are of this scene");
+        rgba
+    }
+
+    /// What gives the ids their colours, if these were asked for.
+    fn paint(&self) -> Option<Paint<'_>> {
+        let request = self.request.as_ref().filter(|request| request.color)?;
+        Some(Paint { scene: request.scene.core(), background: request.look.background })
+    }
+
+    fn has_colors(&self) -> bool {
+        self.request.as_ref().is_some_and(|request| request.color)
     }
 
     /// The same without alpha, as most encoders want it.
     pub fn to_rgb(&self) -> Vec<[u8; 3]> {
-        self.rgba.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
+        self.rgba().iter().map(|&[r, g, b, _]| [r, g, b]).collect()
     }
 
     /// Colours, ids and depths: the planes themselves.
     pub fn into_planes(self) -> (Vec<[u8; 4]>, Vec<i32>, Vec<f32>) {
-        (self.rgba, self.ids, self.depth)
+        self.rgba();
+        (self.rgba.into_inner().unwrap_or_default(), self.ids, self.depth)
     }
 
     /// What is seen at a pixel, column and row from the top left; none where nothing is, and
@@ -153,15 +191,15 @@ impl Picture {
     /// When the picture was drawn without colours, or the writer fails.
     #[cfg(feature = "png")]
     pub fn write_png(&self, mut out: impl std::io::Write) -> Result<(), Error> {
-        let Some(request) = self.request.as_ref().filter(|_| !self.rgba.is_empty()) else {
+        let (Some(request), Some(paint)) = (&self.request, self.paint()) else {
             return Err(Error::NoPlane { plane: "colors" });
         };
-        let paint = Paint { scene: request.scene.core(), background: request.look.background };
         match self.indices {
             None => png::write_png(&mut out, self.region(), &self.ids, &paint)?,
             Some(_) => png::write_rgb(&mut out, self.size(), &self.to_rgb())?,
         }
-        Ok(())
+        // Colours may lie in files as well.
+        request.scene.check()
     }
 
     /// A PNG file, whole or not at all: one that was there stays as it is until the new one is
@@ -191,7 +229,7 @@ impl Picture {
             return Difference { pixels: (width * height).max(1), greatest: 255, ..difference };
         }
         let width = self.region().width.max(1) as usize;
-        for (at, (&one, &two)) in self.rgba.iter().zip(&other.rgba).enumerate() {
+        for (at, (&one, &two)) in self.rgba().iter().zip(other.rgba()).enumerate() {
             if one == two {
                 continue;
             }

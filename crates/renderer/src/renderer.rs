@@ -3,7 +3,7 @@
 use std::{
     fmt,
     ops::ControlFlow,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
     time::Instant,
 };
 
@@ -21,6 +21,7 @@ use crate::plan::Means;
 use crate::{
     Device, Error, Hit, Job, Picture, Request,
     engine::{AS_ASKED, Engine, Opened, PassedOver, host},
+    picture::opaque,
     turns::{Turn, Turns},
 };
 
@@ -49,6 +50,8 @@ struct Inner {
     source: Source,
     /// What draws, and is free.
     idle: Mutex<Vec<Engine>>,
+    /// Memory of pictures that were looked at, for the next ones.
+    spare: Mutex<Vec<Picture>>,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// Pools of one thread, free.
     lanes: Mutex<Vec<rayon::ThreadPool>>,
@@ -152,8 +155,8 @@ impl Renderer {
             None => std::thread::available_parallelism().map_or(1, usize::from),
         };
         let turns = Turns::new(limit.unwrap_or_else(usual));
-        let (idle, lanes) = (Mutex::default(), Mutex::default());
-        Self(Arc::new(Inner { source, idle, pool, lanes, turns }))
+        let (idle, spare, lanes) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Self(Arc::new(Inner { source, idle, spare, pool, lanes, turns }))
     }
 
     /// With a pool of its own, of so many threads, in place of the caller's; and as many pictures
@@ -300,22 +303,37 @@ impl Renderer {
 
     /// Begins a picture, and does not block: it comes in its turn, first come first served.
     pub fn start(&self, request: Request) -> Job {
-        self.start_with(request, Ok)
+        let renderer = self.clone();
+        Job::begin(&self.0.turns, move |control| {
+            renderer.in_turn(control, |engine, control| {
+                let mut picture = Picture::default();
+                fill(engine, &request, &mut picture, control).map(|()| picture)
+            })
+        })
     }
 
-    /// The same, and makes something of the picture in the same turn, such as the bytes of a file:
-    /// then no more than [`Renderer::in_flight`] pictures are ever there at once.
+    /// The same, and makes something of the picture in the same turn, such as the bytes of a file.
+    /// Then no more than [`Renderer::in_flight`] pictures are ever there at once, and each has the
+    /// memory of an earlier one: what a server of many requests wants.
     pub fn start_with<T: Send + 'static>(
         &self,
         request: Request,
-        then: impl FnOnce(Picture) -> Result<T, Error> + Send + 'static,
+        then: impl FnOnce(&Picture) -> Result<T, Error> + Send + 'static,
     ) -> Job<T> {
-        let inner = Self(Arc::clone(&self.0));
+        let renderer = self.clone();
         Job::begin(&self.0.turns, move |control| {
-            inner.in_turn(control, |engine, control| {
-                let mut picture = Picture::default();
+            renderer.in_turn(control, |engine, control| {
+                let spare = || renderer.0.spare.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut picture = spare().pop().unwrap_or_default();
                 fill(engine, &request, &mut picture, control)?;
-                then(picture)
+                let made = then(&picture);
+                // The memory is kept, the scene is not.
+                picture.request = None;
+                let mut spare = spare();
+                if spare.len() < renderer.0.turns.limit() {
+                    spare.push(picture);
+                }
+                made
             })
         })
     }
@@ -470,8 +488,7 @@ fn finish(
         let start = (some.y - region.y) as usize * region.width as usize;
         let range = start..start + some.pixels();
         if !rgba.is_empty() {
-            paint
-                .fill(&ids[range.clone()], &mut rgba[range.clone()], |[r, g, b]| [r, g, b, 255])?;
+            paint.fill(&ids[range.clone()], &mut rgba[range.clone()], opaque)?;
         }
         if let Some(truth) = &truth {
             let of_some = depth::depths(core, truth, some, &ids[range.clone()])?;
@@ -490,13 +507,19 @@ fn fill(
     control: &Control,
 ) -> Result<(), Error> {
     let begin = Instant::now();
-    let Picture { ids, mut rgba, mut depth, .. } = std::mem::take(picture);
+    let Picture { ids, rgba, mut depth, .. } = std::mem::take(picture);
+    // Colours are made when they are asked for: now, where the picture before was asked, or where
+    // they might be others later.
+    let known = rgba.into_inner();
+    let now = request.color && (known.is_some() || request.scene.is_watched());
+    let mut rgba = known.unwrap_or_default();
     engine.lend(ids);
     let Drawing { ids, counts, .. } = drawn(engine, request, control)?;
     let pixels = request.region.pixels();
-    sized(&mut rgba, if request.color { pixels } else { 0 }, "colors")?;
+    sized(&mut rgba, if now { pixels } else { 0 }, "colors")?;
     sized(&mut depth, if request.depth { pixels } else { 0 }, "depths")?;
     finish(request, &ids, &mut rgba, &mut depth, control)?;
+    let rgba = if now { rgba.into() } else { OnceLock::new() };
     let by = engine.stood_in().map(ToOwned::to_owned);
     let (request, elapsed) = (Some(request.clone()), begin.elapsed());
     let indices = None;

@@ -286,6 +286,14 @@ impl Scene {
         &self.0.core
     }
 
+    /// Whether numbers of it lie in files, which may change.
+    pub(crate) fn is_watched(&self) -> bool {
+        #[cfg(feature = "read")]
+        return !self.0.watch.is_empty();
+        #[cfg(not(feature = "read"))]
+        false
+    }
+
     /// Refuses numbers that lie in files that were changed meanwhile.
     pub(crate) fn check(&self) -> Result<(), Error> {
         #[cfg(feature = "read")]

@@ -196,8 +196,8 @@ fn draw(
     let look = Look::new().background(loaded.background);
     let request = Request::new(scene, camera, [view.image.width, view.image.height])?.look(look);
     let job = renderer.start_with(request, |picture| {
-        let (rgba, ids, _) = picture.into_planes();
-        Ok((rgba.par_iter().map(|&[r, g, b, _]| packed([r, g, b])).collect(), ids))
+        let pixels = picture.rgba().par_iter().map(|&[r, g, b, _]| packed([r, g, b]));
+        Ok((pixels.collect(), picture.ids().to_vec()))
     });
     let (pixels, ids) = stop.wait(job)?;
     Ok(Frame { view, ids, pixels, milliseconds: start.elapsed().as_secs_f64() * 1e3 })
