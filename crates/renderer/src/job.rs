@@ -12,7 +12,7 @@ use std::{
 
 use planisphere_core::drawing::Control;
 
-use crate::{Error, Picture, turns::Turns};
+use crate::{Error, Picture, Request, turns::Turns};
 
 /// What came of it; a panic is handed on to whoever waits.
 type Outcome<T> = Result<Result<T, Error>, Box<dyn Any + Send>>;
@@ -53,10 +53,12 @@ impl<T> fmt::Debug for Job<T> {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// Begins it when it is its turn.
+    /// Begins it when it is its turn. Whoever waits is woken before the request is dropped: a scene
+    /// that goes with it may be large.
     pub(crate) fn begin(
         turns: &Arc<Turns>,
-        work: impl FnOnce(&Control) -> Result<T, Error> + Send + 'static,
+        request: Request,
+        work: impl FnOnce(&Request, &Control) -> Result<T, Error> + Send + 'static,
     ) -> Self {
         let shared = Arc::new(Shared {
             state: Mutex::new(State::Waiting(None, None)),
@@ -69,7 +71,7 @@ impl<T: Send + 'static> Job<T> {
             if !theirs.run() {
                 return;
             }
-            let work = panic::AssertUnwindSafe(|| work(&theirs.control));
+            let work = panic::AssertUnwindSafe(|| work(&request, &theirs.control));
             let outcome = panic::catch_unwind(work);
             if let Ok(Ok(_)) = outcome {
                 theirs.control.reach(1.0);

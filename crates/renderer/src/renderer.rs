@@ -304,10 +304,10 @@ impl Renderer {
     /// Begins a picture, and does not block: it comes in its turn, first come first served.
     pub fn start(&self, request: Request) -> Job {
         let renderer = self.clone();
-        Job::begin(&self.0.turns, move |control| {
+        Job::begin(&self.0.turns, request, move |request, control| {
             renderer.in_turn(control, |engine, control| {
                 let mut picture = Picture::default();
-                fill(engine, &request, &mut picture, control).map(|()| picture)
+                fill(engine, request, &mut picture, control).map(|()| picture)
             })
         })
     }
@@ -321,11 +321,11 @@ impl Renderer {
         then: impl FnOnce(&Picture) -> Result<T, Error> + Send + 'static,
     ) -> Job<T> {
         let renderer = self.clone();
-        Job::begin(&self.0.turns, move |control| {
+        Job::begin(&self.0.turns, request, move |request, control| {
             renderer.in_turn(control, |engine, control| {
                 let spare = || renderer.0.spare.lock().unwrap_or_else(PoisonError::into_inner);
                 let mut picture = spare().pop().unwrap_or_default();
-                fill(engine, &request, &mut picture, control)?;
+                fill(engine, request, &mut picture, control)?;
                 let made = then(&picture);
                 // The memory is kept, the scene is not.
                 picture.request = None;
