@@ -62,4 +62,4 @@ pub use planisphere_renderer::{
 pub use planisphere_renderer::{Document, read};
 #[cfg(all(feature = "files", feature = "parts"))]
 #[doc(inline)]
-pub use planisphere_renderer::{Plan, files};
+pub use planisphere_renderer::{Plan, files, report};
