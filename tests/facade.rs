@@ -457,6 +457,13 @@ fn a_pixel_is_picked_as_it_is_drawn() {
         assert!((away / depth - 1.0).abs() < 1e-9);
     }
     assert!(hits > 20 && misses > 50, "{hits} hits, {misses} misses");
+    // A region's pixels count from its own corner.
+    let region = Region { x: 60, y: 30, width: 100, height: 50 };
+    let part = renderer.draw(&request.region(region).unwrap()).unwrap();
+    for (column, row) in (0..100).step_by(3).flat_map(|x| (0..50).step_by(3).map(move |y| (x, y))) {
+        assert_eq!(part.hit([column, row]), picture.hit([60 + column, 30 + row]));
+    }
+    assert_eq!(part.hit([100, 0]), None);
     // From inside of a sphere its far wall is seen.
     let ball = Scene::new(Spheres::points(vec![[0.0; 3]], 2.0)).unwrap();
     let inside = Camera::orthographic([0.0; 3], [1.0, 0.0, 0.0], 1.0).unwrap();
