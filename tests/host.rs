@@ -1,4 +1,4 @@
-//! What the library does to the program that it is part of: nothing that [`Renderer`] does not tell.
+//! What the library does to the program that it is part of: nothing but what [`Renderer`] tells.
 //!
 //! Each test runs this file again, as a process whose environment is empty but for the name of a
 //! way to draw. That process looks at itself before and after, and at what it has printed between.
@@ -201,8 +201,8 @@ fn a_child_looks_at_itself() {
     }
 }
 
-/// Holds the threads against what [`Renderer`] tells. Those of a pool are counted: they may still be
-/// on the way to their names.
+/// Holds the threads against what [`Renderer`] tells. Those of a pool are counted: they may still
+/// be on the way to their names.
 fn look_at_threads(way: &str, seen: &Seen) {
     let Seen { with, without, .. } = seen;
     let all = rayon::current_num_threads();
