@@ -254,7 +254,7 @@ impl Picture {
         self.counts.exact as u64
     }
 
-    /// What drew it, where that was not the renderer's own device, and why: the picture is the same.
+    /// What drew it where that was not the renderer's own device, and why: the picture is the same.
     pub fn drawn_by(&self) -> Option<&str> {
         self.by.as_deref()
     }

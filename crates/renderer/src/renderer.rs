@@ -35,6 +35,8 @@ use crate::{
 ///   `install`. [`Renderer::threads`] asks for a pool of its own instead. A [`Job`] has a thread
 ///   while it runs. Where as many pictures are wanted at once as the pool has threads, each is
 ///   drawn on one thread, of up to as many pools of one thread; these go with the renderer.
+///   [`Scene::new`](crate::Scene::new) and the writers of a [`Picture`] know no renderer: they run
+///   on the pool that they are called from.
 /// * **Memory.** At most [`Renderer::in_flight`] pictures are under way at a time, and what drawing
 ///   them takes is kept for the next ones.
 /// * **Nothing else.** It sets no variable, prints nothing, installs no handler and no panic hook.
@@ -229,7 +231,7 @@ impl Renderer {
     /// Draws, and blocks until it is there.
     ///
     /// # Errors
-    /// When the device fails, memory does not suffice, or a file that the scene lies in was changed.
+    /// When the device fails, memory does not suffice, or a file of the scene was changed.
     pub fn draw(&self, request: &Request) -> Result<Picture, Error> {
         let mut picture = Picture::default();
         self.draw_into(request, &mut picture)?;

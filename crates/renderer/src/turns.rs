@@ -11,12 +11,15 @@ use std::{
     sync::{Arc, Condvar, Mutex, PoisonError},
 };
 
+/// What is done in a turn.
+type Task = Box<dyn FnOnce(Turn) + Send>;
+
 /// Who waits for a turn.
 enum Waiting {
     /// A thread that sleeps.
     Thread(Arc<Bell>),
     /// What a thread is begun for.
-    Task(u64, Box<dyn FnOnce(Turn) + Send>),
+    Task(u64, Task),
 }
 
 /// Wakes a thread once.
@@ -135,9 +138,9 @@ impl Drop for Turn {
 }
 
 /// Runs a task on a thread of its own; where none can be had, on this one.
-fn start(task: Box<dyn FnOnce(Turn) + Send>, turn: Turn) {
+fn start(task: Task, turn: Turn) {
     let both = Arc::new(Mutex::new(Some((task, turn))));
-    let run = |both: &Mutex<Option<(Box<dyn FnOnce(Turn) + Send>, Turn)>>| {
+    let run = |both: &Mutex<Option<(Task, Turn)>>| {
         let taken = both.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some((task, turn)) = taken {
             task(turn);
