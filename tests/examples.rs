@@ -9,7 +9,8 @@ use std::{
     sync::Once,
 };
 
-/// Examples lie beside the program. `cargo test` builds them, `cargo test --test examples` does not.
+/// Examples lie beside the program. `cargo test` builds them, `cargo test --test examples` does
+/// not.
 fn example(name: &str) -> Command {
     static BUILT: Once = Once::new();
     BUILT.call_once(|| {

@@ -178,10 +178,11 @@ fn a_library_builds_little() {
         assert!(packages.contains(*own), "`{features}` builds {packages:?}");
     }
     for (feature, others) in [
-        ("files", ["zip", "png", "toml"]),
-        ("parts", ["tempfile", "png", "toml"]),
-        ("png", ["tempfile", "zip", "toml"]),
-        ("read", ["tempfile", "zip", "png"]),
+        // A picture that is saved is a PNG.
+        ("files", &["zip", "toml"][..]),
+        ("parts", &["tempfile", "png", "toml"]),
+        ("png", &["tempfile", "zip", "toml"]),
+        ("read", &["tempfile", "zip", "png"]),
     ] {
         let packages = library(feature);
         assert!(others.iter().all(|other| !packages.contains(*other)), "{feature}: {packages:?}");

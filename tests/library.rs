@@ -1,5 +1,5 @@
-//! What the inner crates refuse, and that their drawings end when they are cancelled. What a program
-//! that uses the library may count on is in `facade.rs`.
+//! What the inner crates refuse, and that their drawings end when they are cancelled. What a
+//! program that uses the library may count on is in `facade.rs`.
 
 use std::{
     sync::mpsc,

@@ -211,6 +211,7 @@ pub struct Region {
 
 impl Region {
     /// The whole of an image.
+    #[doc(hidden)]
     pub fn whole(image: ImageSize) -> Self {
         Self { x: 0, y: 0, width: image.width, height: image.height }
     }

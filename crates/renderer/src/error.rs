@@ -152,6 +152,7 @@ impl Error {
 }
 
 #[cfg(feature = "files")]
+#[doc(hidden)]
 impl From<planisphere_io::output::OutputError> for Error {
     fn from(error: planisphere_io::output::OutputError) -> Self {
         Self::Write { words: error.to_string() }
@@ -233,6 +234,7 @@ impl From<io::Error> for Error {
     }
 }
 
+#[doc(hidden)]
 impl From<CameraError> for Error {
     fn from(error: CameraError) -> Self {
         let field = match error {
@@ -247,6 +249,7 @@ impl From<CameraError> for Error {
     }
 }
 
+#[doc(hidden)]
 impl From<ViewError> for Error {
     fn from(error: ViewError) -> Self {
         match error {
@@ -268,6 +271,7 @@ impl From<ViewError> for Error {
     }
 }
 
+#[doc(hidden)]
 impl From<SceneError> for Error {
     fn from(error: SceneError) -> Self {
         match error {
@@ -291,6 +295,7 @@ impl From<SceneError> for Error {
     }
 }
 
+#[doc(hidden)]
 impl From<DrawError> for Error {
     fn from(error: DrawError) -> Self {
         match error {
@@ -302,12 +307,14 @@ impl From<DrawError> for Error {
     }
 }
 
+#[doc(hidden)]
 impl From<DeviceError> for Error {
     fn from(DeviceError::NoAdapter(words): DeviceError) -> Self {
         Self::NoDevice { words }
     }
 }
 
+#[doc(hidden)]
 impl From<PlaneError> for Error {
     fn from(error: PlaneError) -> Self {
         match error {
@@ -317,6 +324,7 @@ impl From<PlaneError> for Error {
     }
 }
 
+#[doc(hidden)]
 impl From<MergeError> for Error {
     fn from(error: MergeError) -> Self {
         Self::Parts { words: error.to_string() }
@@ -324,6 +332,7 @@ impl From<MergeError> for Error {
 }
 
 #[cfg(feature = "read")]
+#[doc(hidden)]
 impl From<planisphere_io::load::LoadError> for Error {
     fn from(error: planisphere_io::load::LoadError) -> Self {
         Self::File {
@@ -336,6 +345,7 @@ impl From<planisphere_io::load::LoadError> for Error {
 }
 
 #[cfg(feature = "read")]
+#[doc(hidden)]
 impl From<planisphere_io::load::ChangedFile> for Error {
     fn from(error: planisphere_io::load::ChangedFile) -> Self {
         Self::Changed { words: error.to_string() }
@@ -343,6 +353,7 @@ impl From<planisphere_io::load::ChangedFile> for Error {
 }
 
 #[cfg(feature = "parts")]
+#[doc(hidden)]
 impl From<planisphere_io::part::PartError> for Error {
     fn from(error: planisphere_io::part::PartError) -> Self {
         Self::Parts { words: error.to_string() }

@@ -16,11 +16,12 @@ use planisphere_core::{
         merge::{Merge, MergeError, Ties},
     },
 };
+pub use planisphere_io::output::Target;
 use planisphere_io::{
     npy,
     npy::Plane,
     output,
-    output::{Shared, Sink, Target},
+    output::{Shared, Sink},
     png,
     png::{PaletteError, PngRows},
 };

@@ -1,7 +1,8 @@
 //! The library: the types that `planisphere` passes on, and what draws behind them.
 //!
 //! * [`Renderer`] draws a [`Request`]; [`Job`] is one under way. `turns` lets few at a time.
-//! * `engine`: an opened device, and why this one; `hybrid`: who draws what a GPU leaves.
+//! * `engine`: an opened device, and why this one; `source`: what a renderer opened, and hands
+//!   out to many pictures; `hybrid`: who draws what a GPU leaves.
 //! * `files`: the way of a picture into files; `parts`: of which each machine draws one; `subject`
 //!   is what both are of. `plan`: what a picture will take.
 //! * `on_wgpu`: devices of the caller's.
@@ -30,6 +31,7 @@ mod read;
 mod renderer;
 mod request;
 mod scene;
+mod source;
 #[cfg(feature = "parts")]
 mod subject;
 mod turns;

@@ -2,14 +2,10 @@
 
 use planisphere_gpu::{Gpu, adapters, wgpu};
 
-use crate::{Error, Renderer, Request, renderer::Source};
-
-/// A device that is the caller's, and its queue.
-#[derive(Clone, Debug)]
-pub(crate) struct Host {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-}
+use crate::{
+    Error, Renderer, Request,
+    source::{Host, Source},
+};
 
 impl Renderer {
     /// What to ask an adapter of yours for; add what you need yourself.
@@ -42,7 +38,7 @@ impl Renderer {
     pub fn draw_to_texture(&self, request: &Request, texture: &wgpu::Texture) -> Result<(), Error> {
         use wgpu::TextureFormat as F;
         let refused = |words: String| Error::Texture { words };
-        let host = self.host().ok_or_else(|| {
+        let host = self.source().host.as_ref().ok_or_else(|| {
             refused("the renderer has no device of yours; make it with Renderer::from_wgpu".into())
         })?;
         let region = request.drawn_region();

@@ -127,7 +127,7 @@ impl Picture {
     /// sRGB and straight alpha, 8 bits each. They are made when they are first asked for: a picture
     /// that is only saved needs none of them.
     pub fn rgba(&self) -> &[[u8; 4]] {
-        // Not inside of the lock, where no rayon may be: see `planisphere_core::pool`. Two who ask at
+        // Not inside of the lock, where no rayon may be (`planisphere_core::pool`). Two who ask at
         // once may find the same twice.
         match self.rgba.get() {
             Some(rgba) => rgba,

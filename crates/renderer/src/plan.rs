@@ -15,7 +15,7 @@ use planisphere_core::{
     text,
 };
 
-use crate::{Renderer, Request, files::Sinks, renderer::BAND};
+use crate::{Renderer, Request, files::Sinks, renderer::BAND, source::Means};
 
 /// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene,
 /// by proportion where not all were looked at.
@@ -91,19 +91,6 @@ fn survey(scene: &Scene, truth: &Truth, region: Region, shift: u32, most: usize)
     survey
 }
 
-/// What draws.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Means {
-    /// The native device, on so many threads.
-    Cpu {
-        /// Threads.
-        threads: usize,
-    },
-    /// wgpu.
-    #[cfg(feature = "gpu")]
-    Gpu(planisphere_gpu::plan::Capacity),
-}
-
 /// What drawing a request takes, before any work: what runs, what is skipped and why, and how much
 /// memory that needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,7 +135,7 @@ impl Renderer {
     pub fn plan(&self, request: &Request, sinks: &Sinks) -> Plan {
         let view = request.view();
         let region = request.region;
-        let means = self.means();
+        let means = self.source().means(self.pool_threads());
         let (tile, wave, band) = match &means {
             Means::Cpu { .. } => (1 << cpu::shift(region), cpu::WAVE, cpu::BAND),
             #[cfg(feature = "gpu")]

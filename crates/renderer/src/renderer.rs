@@ -16,12 +16,11 @@ use planisphere_core::{
 };
 use planisphere_image::Paint;
 
-#[cfg(all(feature = "files", feature = "parts"))]
-use crate::plan::Means;
 use crate::{
     Device, Error, Hit, Job, Picture, Request,
-    engine::{AS_ASKED, Engine, Opened, PassedOver, host},
+    engine::{AS_ASKED, Engine, PassedOver, host},
     picture::opaque,
+    source::Source,
     turns::{Turn, Turns},
 };
 
@@ -60,44 +59,6 @@ struct Inner {
     turns: Arc<Turns>,
 }
 
-/// Where engines come from.
-#[derive(Clone)]
-pub(crate) struct Source {
-    device: Device,
-    description: String,
-    why: String,
-    passed_over: Vec<PassedOver>,
-    /// The opened GPU; none for native code.
-    #[cfg(feature = "gpu")]
-    gpu: Option<Arc<planisphere_gpu::Gpu>>,
-    /// Where that is the caller's device.
-    #[cfg(feature = "gpu")]
-    host: Option<crate::on_wgpu::Host>,
-}
-
-impl Source {
-    /// A device of the caller's.
-    #[cfg(feature = "gpu")]
-    pub fn of_host(gpu: planisphere_gpu::Gpu, host: crate::on_wgpu::Host) -> Self {
-        Self {
-            device: Device::Gpu,
-            description: gpu.description(),
-            why: "a device of the caller's".into(),
-            passed_over: Vec::new(),
-            gpu: Some(Arc::new(gpu)),
-            host: Some(host),
-        }
-    }
-
-    fn engine(&self) -> Engine {
-        #[cfg(feature = "gpu")]
-        if let Some(gpu) = &self.gpu {
-            return Engine::of(gpu.beside());
-        }
-        Engine::cpu()
-    }
-}
-
 impl fmt::Debug for Renderer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Source { description, why, .. } = &self.0.source;
@@ -112,17 +73,7 @@ impl fmt::Debug for Renderer {
 impl Renderer {
     /// Native code: needs no driver, and cannot fail.
     pub fn cpu() -> Self {
-        let source = Source {
-            device: Device::Cpu,
-            description: "cpu".into(),
-            why: AS_ASKED.into(),
-            passed_over: Vec::new(),
-            #[cfg(feature = "gpu")]
-            gpu: None,
-            #[cfg(feature = "gpu")]
-            host: None,
-        };
-        Self::from_source(source, None, None)
+        Self::from_source(Source::cpu(), None, None)
     }
 
     /// Any device.
@@ -130,21 +81,7 @@ impl Renderer {
     /// # Errors
     /// When there is none; says what was tried, and what to install.
     pub fn open(device: &Device) -> Result<Self, Error> {
-        let Opened { device: engine, why, passed_over } = Engine::open_telling(device)?;
-        let source = Source {
-            device: device.clone(),
-            description: engine.description(),
-            why,
-            passed_over,
-            #[cfg(feature = "gpu")]
-            gpu: match engine {
-                Engine::Cpu(_) => None,
-                Engine::Gpu(hybrid) => Some(Arc::new(hybrid.gpu)),
-            },
-            #[cfg(feature = "gpu")]
-            host: None,
-        };
-        Ok(Self::from_source(source, None, None))
+        Ok(Self::from_source(Source::open(device)?, None, None))
     }
 
     pub(crate) fn from_source(
@@ -182,10 +119,10 @@ impl Renderer {
         Self::from_source(self.0.source.clone(), self.0.pool.clone(), Some(pictures))
     }
 
-    /// The caller's device, if it draws on one.
-    #[cfg(feature = "gpu")]
-    pub(crate) fn host(&self) -> Option<&crate::on_wgpu::Host> {
-        self.0.source.host.as_ref()
+    /// What it was opened with.
+    #[cfg(any(feature = "gpu", all(feature = "files", feature = "parts")))]
+    pub(crate) fn source(&self) -> &Source {
+        &self.0.source
     }
 
     /// Which device draws, in words.
@@ -205,21 +142,11 @@ impl Renderer {
     }
 
     /// Threads that a picture is drawn on.
-    fn pool_threads(&self) -> usize {
+    pub(crate) fn pool_threads(&self) -> usize {
         match &self.0.pool {
             Some(pool) => pool.current_num_threads(),
             None => rayon::current_num_threads(),
         }
-    }
-
-    /// What draws, as far as a plan depends on it.
-    #[cfg(all(feature = "files", feature = "parts"))]
-    pub(crate) fn means(&self) -> Means {
-        #[cfg(feature = "gpu")]
-        if let Some(gpu) = &self.0.source.gpu {
-            return Means::Gpu(gpu.capacity());
-        }
-        Means::Cpu { threads: self.pool_threads() }
     }
 
     /// Adapters that were looked at and not taken.
