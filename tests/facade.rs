@@ -658,6 +658,51 @@ fn pictures_are_saved_whole_and_compared() {
 }
 
 #[test]
+fn files_of_a_job_are_whole_or_none() {
+    use planisphere::files::{Sinks, Target};
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let renderer = Renderer::cpu();
+    let scene = many(200_000, 0.3);
+    let request = seen_whole(&scene, [3000, 2000]);
+    let mut sinks = Sinks::default();
+    sinks.picture = Some(Target::File(file("a.png")));
+    sinks.ids = Some(Target::File(file("a.npy")));
+    sinks.depth = Some(Target::File(file("d.npy")));
+    sinks.part = Some(Target::File(file("a.npz")));
+    let job = renderer.start_render(request.clone(), sinks.clone());
+    let progress = job.progress();
+    let (staged, report) = job.wait().unwrap();
+    assert!(progress() == 1.0 && report.seen && report.depth > 0.0);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "none before it is committed");
+    assert!(staged.commit().unwrap().is_empty());
+    let picture = renderer.draw(&request).unwrap();
+    let mut bytes = Vec::new();
+    picture.write_png(&mut bytes).unwrap();
+    assert!(fs::read(file("a.png")).unwrap() == bytes);
+    let part = Part::read(fs::read(file("a.npz")).unwrap()).unwrap();
+    assert!(part.picture(&Look::new()).unwrap().ids() == picture.ids());
+    // What is cancelled leaves what was there before.
+    let large = seen_whole(&scene, [12_000, 12_000]);
+    for wait in [0, 100, 500, 1500] {
+        let job = renderer.start_render(large.clone(), sinks.clone());
+        thread::sleep(Duration::from_millis(wait));
+        drop(job);
+    }
+    assert!(fs::read(file("a.png")).unwrap() == bytes);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+    // So is what is made of a picture in its turn.
+    let job = renderer.start_with(large, |picture| picture.write_png(&mut Vec::new()));
+    let (progress, cancel) = (job.progress(), job.canceller());
+    while progress() < 0.72 {
+        thread::yield_now();
+    }
+    cancel();
+    assert!(matches!(job.wait(), Err(Error::Cancelled)));
+}
+
+#[test]
 fn a_scene_whose_files_change_has_no_picture() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);

@@ -159,8 +159,8 @@ if [[ -n "$second" ]]; then
     say "once more, on the driver of $second"
     on_second --test gpu --test gpu_together
     # The goldens; corpus and fuzz; the emulator of what a device may do; parts; a window.
-    on_second --test golden --test exactness --test adversary --test merge --test window -- \
-        gpu the_emulator_is_the_device pictures_in_parts_are_the_whole
+    on_second --test golden --test exactness --test adversary --test merge --test window \
+        --test facade -- gpu the_emulator_is_the_device pictures_in_parts_are_the_whole
 fi
 ((failed == 0))
 

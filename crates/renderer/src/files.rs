@@ -8,11 +8,9 @@ use std::{io::Write, sync::Arc, time::Instant};
 
 use planisphere_core::{
     camera::Region,
-    depth,
     drawing::{Control, Counts, Times},
-    exact::decide::Truth,
     part::{
-        Meta, Part as CorePart,
+        Part as CorePart,
         merge::{Merge, MergeError, Ties},
     },
 };
@@ -27,9 +25,11 @@ use planisphere_io::{
 };
 
 use crate::{
-    Error, Renderer, Request,
-    parts::{PartPlane, merged},
-    renderer::{BAND, PIECE, bands, drawn},
+    Error, Job, Renderer, Request,
+    bands::{PIECE, bands},
+    engine::Engine,
+    parts::{PartPlane, merged, of_request},
+    renderer::drawn,
     subject::{Indices, Subject},
 };
 
@@ -112,35 +112,44 @@ impl Renderer {
         told: &mut (dyn FnMut(Step) + Send),
     ) -> Result<(Staged, Report), Error> {
         self.with(&Control::new(), |engine, control| {
-            let (scene, view) = (request.scene.core(), request.view());
-            let (first, spheres) = (sinks.first, scene.len() as u64);
-            let range = (spheres > 0).then(|| first..first + spheres);
-            let meta = Meta {
-                view,
-                region: request.region,
-                background: request.look.background,
-                ranges: range.into_iter().collect(),
-                bounds: (spheres > 0).then(|| scene.bounds()),
-            };
-            let truth = Truth::new(&view, scene.bounds());
-            let indices = Indices::From { first };
-            let (truth, not_seen) = (&truth, &|_, _, _| None);
-            let subject = Subject { meta: &meta, scene, truth, indices, band: BAND, not_seen };
-            let mut report = Report::default();
-            let staged = write(sinks, &subject, &mut report, told, |band, report, told| {
-                told(Step::Drawing);
-                let of_band = Request { region: band, ..request.clone() };
-                let drawing = drawn(engine, &of_band, control)?;
-                report.counts.add(&drawing.counts);
-                report.times.add(&drawing.times);
-                if let Some(by) = engine.stood_in() {
-                    report.drawn_by = Some(by.into());
-                }
-                Ok(drawing.ids)
-            })?;
-            Ok((staged, report))
+            rendered(engine, request, sinks, told, control)
         })
     }
+
+    /// The same as a job, in its turn.
+    pub fn start_render(&self, request: Request, sinks: Sinks) -> Job<(Staged, Report)> {
+        let renderer = self.clone();
+        Job::begin(self.turns(), request, move |request, control| {
+            renderer.in_turn(control, |engine, control| {
+                rendered(engine, request, &sinks, &mut |_| {}, control)
+            })
+        })
+    }
+}
+
+/// As [`Renderer::render`].
+fn rendered(
+    engine: &mut Engine,
+    request: &Request,
+    sinks: &Sinks,
+    told: &mut dyn FnMut(Step),
+    control: &Control,
+) -> Result<(Staged, Report), Error> {
+    let mut report = Report::default();
+    let staged = of_request(request, sinks.first, control, |subject| {
+        write(sinks, subject, &mut report, told, |band, control, report, told| {
+            told(Step::Drawing);
+            let of_band = Request { region: band, ..request.clone() };
+            let drawing = drawn(engine, &of_band, control)?;
+            report.counts.add(&drawing.counts);
+            report.times.add(&drawing.times);
+            if let Some(by) = engine.stood_in() {
+                report.drawn_by = Some(by.into());
+            }
+            Ok(drawing.ids)
+        })
+    })?;
+    Ok((staged, report))
 }
 
 fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
@@ -157,7 +166,7 @@ pub(crate) fn write(
     subject: &Subject,
     report: &mut Report,
     told: &mut dyn FnMut(Step),
-    mut draw: impl FnMut(Region, &mut Report, &mut dyn FnMut(Step)) -> Result<Vec<i32>, Error>,
+    mut draw: impl FnMut(Region, &Control, &mut Report, &mut dyn FnMut(Step)) -> Result<Vec<i32>, Error>,
 ) -> Result<Staged, Error> {
     let open = |target: &Option<Target>| target.clone().map(Target::open).transpose();
     let open = |target| open(target).map_err(Error::from);
@@ -174,11 +183,15 @@ pub(crate) fn write(
     });
     let mut planes = Planes { subject, depths, part, ids, png: png.transpose()? };
 
-    for band in bands(subject.meta.region, subject.band) {
-        let ids = draw(band, report, told)?;
+    let whole = subject.meta.region;
+    for band in bands(whole, subject.band) {
+        let rows = [band.y - whole.y, band.y - whole.y + band.height];
+        let control = subject.control.part(rows.map(|row| row as f32 / whole.height as f32));
+        let ids = draw(band, &control, report, told)?;
         // Ends at the first sphere of the first band that has one.
         report.seen = report.seen || ids.iter().any(|id| *id >= 0);
         planes.take(band, ids, report, told)?;
+        control.reach(1.0);
     }
 
     told(Step::Encoding);
@@ -317,8 +330,7 @@ impl<'a> Depths<'a> {
         ids: &[i32],
         spent: &mut Report,
     ) -> Result<(), Error> {
-        let work = || depth::depths(subject.scene, subject.truth, band, ids);
-        let plane = timed(&mut spent.depth, work).map_err(|error| subject.refused(error))?;
+        let plane = timed(&mut spent.depth, || subject.depths(band, ids))?;
         let given = timed(&mut spent.encode, || self.sink.give(Arc::new(Plane(plane))));
         Ok(given.map_err(|error| self.target.io(error))?)
     }
@@ -347,6 +359,7 @@ impl<'a> Part<'a> {
     ) -> Result<(), Error> {
         // Bounds take four times the memory of ids: some rows at a time.
         for some in bands(band, PIECE) {
+            subject.control.check()?;
             let start = (some.y - band.y) as usize * band.width as usize;
             let ids = &ids[start..start + some.pixels()];
             let bounds = timed(&mut spent.depth, || PartPlane::<Sink>::bounds(subject, some, ids))?;
@@ -393,7 +406,14 @@ impl<'a> Png<'a> {
     /// Takes the next ids.
     fn take(&mut self, ids: Arc<Plane<i32>>, subject: &Subject) -> Result<(), Error> {
         match &mut self.form {
-            Form::Rgb(rows) => rows.push(&ids.0).map_err(|error| self.target.io(error))?,
+            Form::Rgb(rows) => {
+                // Some at a time, so that it can be cancelled: the bytes are the same.
+                let width = subject.meta.region.width as usize;
+                for some in ids.0.chunks((PIECE / width).max(1) * width) {
+                    subject.control.check()?;
+                    rows.push(some).map_err(|error| self.target.io(error))?;
+                }
+            }
             // One band is the usual case, and is not copied.
             Form::Palette { all, .. } if all.0.is_empty() => *all = ids,
             Form::Palette { all, .. } => {
@@ -481,8 +501,8 @@ impl<'a> Merging<'a> {
     ) -> Result<(Staged, Report, [u64; 2]), Error> {
         let Self(merge) = self;
         let (mut report, mut ties) = (Report::default(), Ties::default());
-        let staged = merged(merge, |subject| {
-            write(sinks, subject, &mut report, told, |region, report, told| {
+        let staged = merged(merge, &Control::new(), |subject| {
+            write(sinks, subject, &mut report, told, |region, _, report, told| {
                 told(Step::Merging);
                 let begin = Instant::now();
                 let band = merge.band(region)?;

@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_debug_implementations)]
 
+mod bands;
 mod camera;
 mod engine;
 mod error;

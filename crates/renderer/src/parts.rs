@@ -5,6 +5,7 @@ use std::{fmt, io, ops::Range, sync::Arc};
 use planisphere_core::{
     camera::Region,
     depth,
+    drawing::Control,
     exact::decide::Truth,
     part::{self, Meta, Pixel, Seen, merge::Merge},
 };
@@ -13,8 +14,9 @@ use planisphere_io::part::PartWriter;
 
 use crate::{
     Camera, Error, Look, Picture, Renderer, Request, Scene,
+    bands::{BAND, PIECE, bands},
     picture::opaque,
-    renderer::{PIECE, bands, drawn, sized},
+    renderer::{drawn, sized},
     subject::{Indices, Subject},
 };
 
@@ -44,28 +46,40 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::draw`].
     pub fn draw_part(&self, request: &Request, first: u64) -> Result<Part, Error> {
-        self.with(&Default::default(), |engine, control| {
-            let (scene, view) = (request.scene.core(), request.view());
-            let spheres = scene.len() as u64;
-            let range = (spheres > 0).then(|| first..first + spheres);
-            let meta = Meta {
-                view,
-                region: request.region,
-                background: request.look.background,
-                ranges: range.into_iter().collect(),
-                bounds: (spheres > 0).then(|| scene.bounds()),
-            };
+        self.with(&Control::new(), |engine, control| {
             let ids = drawn(engine, request, control)?.ids;
-            let (truth, not_seen) = (Truth::new(&view, scene.bounds()), &|_, _, _| None);
-            let indices = Indices::From { first };
-            let (meta, truth) = (&meta, &truth);
-            let subject = Subject { meta, scene, truth, indices, band: PIECE, not_seen };
-            written(&subject, |some| {
-                let start = (some.y - request.region.y) as usize * request.region.width as usize;
-                Ok(ids[start..start + some.pixels()].to_vec())
+            of_request(request, first, control, |subject| {
+                let Region { y, width, .. } = request.region;
+                written(subject, |some| {
+                    let start = (some.y - y) as usize * width as usize;
+                    Ok(ids[start..start + some.pixels()].to_vec())
+                })
             })
         })
     }
+}
+
+/// What a request shows, as it goes out; the scene's first sphere has the index `first` in the
+/// whole.
+pub(crate) fn of_request<T>(
+    request: &Request,
+    first: u64,
+    control: &Control,
+    work: impl FnOnce(&Subject) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let (scene, view) = (request.scene.core(), request.view());
+    let spheres = scene.len() as u64;
+    let range = (spheres > 0).then(|| first..first + spheres);
+    let meta = Meta {
+        view,
+        region: request.region,
+        background: request.look.background,
+        ranges: range.into_iter().collect(),
+        bounds: (spheres > 0).then(|| scene.bounds()),
+    };
+    let truth = Truth::new(&view, scene.bounds());
+    let (meta, truth, indices) = (&meta, &truth, Indices::From { first });
+    work(&Subject { meta, scene, truth, indices, band: BAND, control, not_seen: &|_, _, _| None })
 }
 
 impl Part {
@@ -77,7 +91,9 @@ impl Part {
     pub fn merge(parts: impl IntoIterator<Item = Part>) -> Result<Self, Error> {
         let parts: Vec<part::Part> = parts.into_iter().map(|part| (*part.0).clone()).collect();
         let merge = Merge::new(&parts, None)?;
-        merged(&merge, |subject| written(subject, |some| Ok(merge.band(some)?.ids)))
+        merged(&merge, &Control::new(), |subject| {
+            written(subject, |some| Ok(merge.band(some)?.ids))
+        })
     }
 
     /// The first spheres, and the first pixels, that the part does not hold: of all spheres up to
@@ -131,10 +147,7 @@ impl Part {
         sized(&mut rgba, places.len(), "colors")?;
         let paint = Paint { scene: merge.scene(), background: look.background };
         paint.fill(&places, &mut rgba, opaque)?;
-        depth.extend(merged(&merge, |subject| {
-            depth::depths(subject.scene, subject.truth, region, &places)
-                .map_err(|error| subject.refused(error))
-        })?);
+        depth.extend(merged(&merge, &Control::new(), |subject| subject.depths(region, &places))?);
         let indices: Arc<[u64]> = merge.indices().into();
         let index = |&place: &i32| usize::try_from(place).map_or(-1, |place| indices[place] as i32);
         let ids = places.iter().map(index).collect();
@@ -175,6 +188,7 @@ fn written(
     let mut bytes = Vec::new();
     let mut plane = PartPlane::begin(&mut bytes, subject)?;
     for some in bands(subject.meta.region, PIECE) {
+        subject.control.check()?;
         let ids = ids(some)?;
         let bounds = PartPlane::<&mut Vec<u8>>::bounds(subject, some, &ids)?;
         plane.take(subject, &ids, bounds)?;
@@ -186,12 +200,13 @@ fn written(
 /// What is merged, as it goes out.
 pub(crate) fn merged<T>(
     merge: &Merge,
+    control: &Control,
     work: impl FnOnce(&Subject) -> Result<T, Error>,
 ) -> Result<T, Error> {
     let (meta, scene, truth) = (merge.meta(), merge.scene(), merge.truth());
     let indices = Indices::Each(merge.indices());
     let not_seen = |id, column, row| Some(merge.not_seen(id, column, row));
-    work(&Subject { meta, scene, truth, indices, band: MERGED, not_seen: &not_seen })
+    work(&Subject { meta, scene, truth, indices, band: MERGED, control, not_seen: &not_seen })
 }
 
 /// Pixels that are merged at a time.

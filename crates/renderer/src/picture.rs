@@ -9,16 +9,19 @@ use std::{
 use glam::DVec3;
 use planisphere_core::{
     camera::{Region, View},
-    drawing::Counts,
+    drawing::{Control, Counts},
     exact::decide::{Root, Tally, Truth},
 };
 use planisphere_image::Paint;
 #[cfg(feature = "png")]
 use planisphere_io::png;
 
-#[cfg(feature = "png")]
-use crate::Error;
 use crate::Request;
+#[cfg(feature = "png")]
+use crate::{
+    Error,
+    bands::{PIECE, bands},
+};
 
 /// Planes of pixels, row by row from the top, and what they are of. A plane that was not asked for
 /// is empty.
@@ -33,6 +36,8 @@ pub struct Picture {
     pub(crate) counts: Counts,
     pub(crate) elapsed: Duration,
     pub(crate) by: Option<String>,
+    /// Of the job in whose turn it is looked at.
+    pub(crate) control: Option<Control>,
     /// What the scene's spheres are called, rising, where that is not their place in it.
     pub(crate) indices: Option<Arc<[u64]>>,
 }
@@ -185,7 +190,8 @@ impl Picture {
         Some(Hit { index, ..hit })
     }
 
-    /// A PNG, RGB with 8 bits a channel, to any writer.
+    /// A PNG, RGB with 8 bits a channel, to any writer. In the turn of a job
+    /// ([`crate::Renderer::start_with`]) it ends when that is cancelled.
     ///
     /// # Errors
     /// When the picture was drawn without colours, or the writer fails.
@@ -195,11 +201,27 @@ impl Picture {
             return Err(Error::NoPlane { plane: "colors" });
         };
         match self.indices {
-            None => png::write_png(&mut out, self.region(), &self.ids, &paint)?,
+            None => self.write_rows(&mut out, paint)?,
             Some(_) => png::write_rgb(&mut out, self.size(), &self.to_rgb())?,
         }
         // Colours may lie in files as well.
         request.scene.check()
+    }
+
+    /// The ids as a PNG, some rows at a time.
+    #[cfg(feature = "png")]
+    fn write_rows(&self, out: impl std::io::Write, paint: Paint) -> Result<(), Error> {
+        let region = self.region();
+        let mut rows = png::PngRows::new(out, region, paint)?;
+        for some in bands(region, PIECE) {
+            let start = (some.y - region.y) as usize * region.width as usize;
+            rows.push(&self.ids[start..start + some.pixels()])?;
+            if let Some(control) = &self.control {
+                control.check()?;
+                control.reach((start + some.pixels()) as f32 / region.pixels() as f32);
+            }
+        }
+        Ok(rows.finish()?)
     }
 
     /// A PNG file, whole or not at all: one that was there stays as it is until the new one is

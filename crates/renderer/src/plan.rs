@@ -15,7 +15,7 @@ use planisphere_core::{
     text,
 };
 
-use crate::{Renderer, Request, files::Sinks, renderer::BAND, source::Means};
+use crate::{Renderer, Request, bands::BAND, files::Sinks, source::Means};
 
 /// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene,
 /// by proportion where not all were looked at.

@@ -18,6 +18,7 @@ use planisphere_image::Paint;
 
 use crate::{
     Device, Error, Hit, Job, Picture, Request,
+    bands::{BAND, PIECE, bands},
     engine::{AS_ASKED, Engine, PassedOver, host},
     picture::opaque,
     source::Source,
@@ -133,6 +134,12 @@ impl Renderer {
     /// Why this one: as asked for, or what was found and why it could not be used.
     pub fn why(&self) -> &str {
         &self.0.source.why
+    }
+
+    /// Its turns.
+    #[cfg(all(feature = "files", feature = "parts"))]
+    pub(crate) fn turns(&self) -> &Arc<Turns> {
+        &self.0.turns
     }
 
     /// Whether people should be told why: the choice was left to the renderer, or hardware was
@@ -254,10 +261,11 @@ impl Renderer {
             renderer.in_turn(control, |engine, control| {
                 let spare = || renderer.0.spare.lock().unwrap_or_else(PoisonError::into_inner);
                 let mut picture = spare().pop().unwrap_or_default();
-                fill(engine, request, &mut picture, control)?;
+                fill(engine, request, &mut picture, &control.part([0.0, MADE]))?;
+                picture.control = Some(control.part([MADE, 1.0]));
                 let made = then(&picture);
                 // The memory is kept, the scene is not.
-                picture.request = None;
+                (picture.request, picture.control) = (None, None);
                 let mut spare = spare();
                 if spare.len() < renderer.0.turns.limit() {
                     spare.push(picture);
@@ -304,7 +312,7 @@ impl Renderer {
 
     /// Work whose turn it is: on all threads, or on one of a pool of its own where enough others
     /// are wanted to keep the others busy.
-    fn in_turn<T: Send>(
+    pub(crate) fn in_turn<T: Send>(
         &self,
         control: &Control,
         work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
@@ -360,20 +368,8 @@ fn lane() -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
     named.thread_name(|_| "planisphere lane".into()).build()
 }
 
-/// Pixels that are drawn at a time, at most, where a picture comes in bands: 8K is one.
-pub(crate) const BAND: usize = 1 << 25;
-
-/// A region in bands of whole rows, of at most so many pixels where a row is not more.
-pub(crate) fn bands(region: Region, pixels: usize) -> impl Iterator<Item = Region> {
-    // Tiles of 64 rows or less are not cut, so that none is drawn twice.
-    let rows = (pixels / region.width as usize).max(1);
-    let rows = if rows >= 64 { rows / 64 * 64 } else { rows } as u32;
-    (region.y..region.y + region.height).step_by(rows as usize).map(move |y| Region {
-        y,
-        height: rows.min(region.y + region.height - y),
-        ..region
-    })
-}
+/// How much of a job is done when the picture is there of which something is made.
+const MADE: f32 = 0.7;
 
 /// How much of a picture is done when its ids are there.
 const DRAWN: f32 = 0.8;
@@ -395,9 +391,6 @@ pub(crate) fn drawn(
         other => other.into(),
     })
 }
-
-/// Pixels of which colours and depths are made between two looks at the control.
-pub(crate) const PIECE: usize = 1 << 20;
 
 /// Colours and depths of ids, into memory that is there: of empty slices, none.
 fn finish(
@@ -451,8 +444,8 @@ fn fill(
     let rgba = if now { rgba.into() } else { OnceLock::new() };
     let by = engine.stood_in().map(ToOwned::to_owned);
     let (request, elapsed) = (Some(request.clone()), begin.elapsed());
-    let indices = None;
-    *picture = Picture { request, ids, rgba, depth, counts, elapsed, by, indices };
+    let (control, indices) = (None, None);
+    *picture = Picture { request, ids, rgba, depth, counts, elapsed, by, control, indices };
     Ok(())
 }
 

@@ -1,12 +1,16 @@
 //! What a picture on its way out is of, whoever has found its ids.
 
 use planisphere_core::{
-    depth::PlaneError, exact::decide::Truth, part::Meta, part::merge::MergeError, scene::Scene,
+    camera::Region, depth, depth::PlaneError, drawing::Control, exact::decide::Truth, part::Meta,
+    part::merge::MergeError, scene::Scene,
 };
 #[cfg(feature = "files")]
 use planisphere_image::Paint;
 
-use crate::Error;
+use crate::{
+    Error,
+    bands::{PIECE, bands},
+};
 
 /// What a picture is of.
 pub(crate) struct Subject<'a> {
@@ -21,6 +25,8 @@ pub(crate) struct Subject<'a> {
     /// Pixels that are wanted at a time.
     #[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files come in bands"))]
     pub band: usize,
+    /// Ends it, and hears how far it is.
+    pub control: &'a Control,
     /// What it means that a sphere is not hit where it was found: an id, a column and a row.
     pub not_seen: &'a (dyn Fn(i32, u32, u32) -> Option<MergeError> + Sync),
 }
@@ -30,6 +36,18 @@ impl Subject<'_> {
     #[cfg(feature = "files")]
     pub fn paint(&self) -> Paint<'_> {
         Paint { scene: self.scene, background: self.meta.background }
+    }
+
+    /// Distances of the ids of some rows.
+    pub fn depths(&self, some: Region, ids: &[i32]) -> Result<Vec<f32>, Error> {
+        let mut all = Vec::with_capacity(ids.len());
+        for piece in bands(some, PIECE) {
+            self.control.check()?;
+            let ids = &ids[all.len()..all.len() + piece.pixels()];
+            let depths = depth::depths(self.scene, self.truth, piece, ids);
+            all.extend(depths.map_err(|error| self.refused(error))?);
+        }
+        Ok(all)
     }
 
     /// Why distances cannot be worked out.
