@@ -21,7 +21,9 @@
 //!   there ([`Renderer::draw_into`]), or band by band ([`Renderer::draw_bands`]). At most
 //!   [`Renderer::in_flight`] pictures are drawn at a time, first come first served.
 //! * **Errors** are of one type to match on, [`Error`], and name the fix.
-//! * Points and directions are anything that becomes `[f64; 3]`: the vectors of any mathematics
+//! * **Flat.** Spheres are discs of their colours, without light; [`Hit::normal`] and the depths are
+//!   there to shade with.
+//! * Points and directions are anything that becomes `[f64; 3]`: the f64 vectors of any mathematics
 //!   crate. No type of another crate is part of this one but behind its feature.
 //!
 //! # Features
@@ -29,14 +31,14 @@
 //! | feature | what it brings |
 //! | --- | --- |
 //! | `png` | [`Picture::write_png`], to any writer |
-//! | `files` | [`Picture::save`]: files that are whole or not there; brings `png` |
+//! | `files` | [`Picture::save`]: whole files or none; brings `png`; with `parts` [`files`] |
 //! | `read` | [`read`]: scene files and their arrays |
 //! | `parts` | [`Part`]: pictures of which each machine draws a part |
 //! | `gpu` | GPUs by wgpu ([`Device`]), and devices of yours ([`Renderer::from_wgpu`]) |
 //! | `cli`, `window`, `bench` | the program; on by default |
 //!
-//! For a library take `default-features = false`, and the features that you use. Then 25 crates are
-//! built, this one's included.
+//! For a library take `default-features = false`, and the features that you use. Without any 25
+//! crates are built, this one's included; with `files` 42, and `gpu` brings wgpu.
 //!
 //! The crates below this one (`planisphere-core` and others) promise nothing to anybody else: what
 //! is here is what stays.
@@ -59,7 +61,7 @@ pub use planisphere_renderer::{
 };
 #[cfg(feature = "read")]
 #[doc(inline)]
-pub use planisphere_renderer::{Document, read};
+pub use planisphere_renderer::{Document, read, start_read};
 #[cfg(all(feature = "files", feature = "parts"))]
 #[doc(inline)]
 pub use planisphere_renderer::{Plan, files, report};

@@ -74,6 +74,26 @@ fn a_picture_ends_soon_after_it_is_cancelled() {
         let spent = cancelled_after(millis(wait), || renderer.start(large.clone()));
         assert!(spent <= SOON, "3e7 spheres at 8192 x 8192, after {wait} ms: {spent:?}");
     }
+    drop((scene, large));
+    // Planes that are large: while distances are worked out.
+    let deep = seen_whole(&many(100_000, 0.4), [8192, 8192]).with_depth();
+    for done in [0.5, 0.8, 0.85, 0.95] {
+        let spent = (0..3)
+            .map(|_| {
+                let job = renderer.start(deep.clone());
+                let progress = job.progress();
+                while progress() < done {
+                    thread::sleep(Duration::from_millis(1));
+                }
+                let asked = Instant::now();
+                job.canceller()();
+                assert!(matches!(job.wait(), Err(Error::Cancelled)));
+                asked.elapsed()
+            })
+            .min()
+            .unwrap();
+        assert!(spent <= SOON, "large planes, at {done}: {spent:?}");
+    }
 }
 
 fn a_picture_on_the_gpu_ends_soon_after_it_is_cancelled() {

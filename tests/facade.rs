@@ -191,6 +191,10 @@ fn what_has_no_picture_is_an_error() {
     assert_eq!(field(camera.up(nan)), "up");
     assert_eq!(field(camera.up([0.0; 3])), "up");
     assert_eq!(field(camera.up([-2.0, 0.0, 0.0])), "up");
+    // What is up gives way where it was not said.
+    camera.look([0.0; 3], [0.0, 0.0, -1.0]).unwrap();
+    let tilted = camera.up([0.0, 1.0, 1.0]).unwrap();
+    assert_eq!(field(tilted.look([0.0; 3], [0.0, 1.0, 1.0])), "up");
     for (near, far) in [(3.0, 2.0), (2.0, 2.0), (-1.0, 2.0), (f64::NAN, 2.0), (0.0, f64::NAN)] {
         assert_eq!(field(camera.clip(near..far)), "clip", "{near} {far}");
     }
@@ -366,6 +370,28 @@ fn a_job_that_is_dropped_or_waits_is_cancelled() {
 }
 
 #[test]
+fn whoever_holds_a_turn_draws_in_it() {
+    within(Duration::from_secs(60), "a picture inside of another's turn", || {
+        let renderer = Renderer::cpu().in_flight(1);
+        let request = seen_whole(&many(1000, 1.0), [80, 60]);
+        let first = renderer.draw(&request).unwrap();
+        let (inner, again) = (renderer.clone(), request.clone());
+        let job = renderer.start_with(request.clone(), move |_| inner.draw(&again));
+        assert!(job.wait().unwrap().ids() == first.ids());
+        let mut bands = 0;
+        let sink = |_: &Picture| {
+            assert!(renderer.draw(&request).unwrap().ids() == first.ids());
+            bands += 1;
+            std::ops::ControlFlow::Continue(())
+        };
+        renderer.draw_bands(&request, sink).unwrap();
+        assert_eq!(bands, 1);
+    });
+    let many = Renderer::cpu().threads(100_000);
+    assert!(matches!(many, Err(Error::Size { what: "threads", limit: 1024, .. })));
+}
+
+#[test]
 fn a_panic_in_a_job_goes_on_where_it_is_waited_for() {
     let renderer = Renderer::cpu();
     let request = seen_whole(&many(10, 1.0), [8, 8]);
@@ -464,6 +490,12 @@ fn a_pixel_is_picked_as_it_is_drawn() {
         assert_eq!(part.hit([column, row]), picture.hit([60 + column, 30 + row]));
     }
     assert_eq!(part.hit([100, 0]), None);
+    // Numbers whose squares are beyond f64.
+    let far = Sphere { center: [2e200, 0.0, 0.0], radius: 1e200, color: [0; 3] };
+    let far = Scene::new([far].into_iter().collect()).unwrap();
+    let camera = Camera::orthographic([0.0; 3], [1.0, 0.0, 0.0], 1.0).unwrap();
+    let hit = renderer.pick(&Request::new(&far, camera, [1, 1]).unwrap(), [0, 0]);
+    assert_eq!(hit.unwrap().unwrap().normal, [-1.0, 0.0, 0.0]);
     // From inside of a sphere its far wall is seen.
     let ball = Scene::new(Spheres::points(vec![[0.0; 3]], 2.0)).unwrap();
     let inside = Camera::orthographic([0.0; 3], [1.0, 0.0, 0.0], 1.0).unwrap();

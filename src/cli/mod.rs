@@ -130,6 +130,22 @@ impl Failure {
 fn words(error: &Error) -> String {
     match error {
         Error::NoDevice { words } => words.replace("the CPU needs", "`--device cpu` needs"),
+        Error::Parts { words } => [
+            ("the same camera, size and background (a camera that is fitted to the spheres of a \
+              part is that part's own)",
+             "the same [camera], --size and background (a [camera] without an origin, a view or a \
+              size is framed by the spheres of its own part)"),
+            ("its own first index", "its own --first-index"),
+            ("its own region", "its own --region"),
+            ("correct the first indices", "correct --first-index"),
+            ("a part again may have gaps", "-o none --visibility merges what there is"),
+            ("; draw it again",
+             "; write it again with `planisphere render SCENE --visibility FILE.npz`"),
+            ("only the region that is drawn",
+             "only the region that is drawn: --region x,y,width,height"),
+        ]
+        .iter()
+        .fold(words.clone(), |words, (said, typed)| words.replace(said, typed)),
         Error::DeviceLost { words } => format!("the device failed: {words}"),
         Error::Palette => "--palette: the picture has more than 256 colours, and a palette holds \
                            no more; leave out --palette, and the same pixels are written as RGB"

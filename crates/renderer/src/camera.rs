@@ -17,7 +17,8 @@ use crate::{Error, Scene};
 /// a black picture later.
 ///
 /// Lengths are world units. Directions may have any length but zero. Points and directions come as
-/// anything that becomes `[f64; 3]`: arrays, or the vectors of any mathematics crate.
+/// anything that becomes `[f64; 3]`: arrays, or the f64 vectors of any mathematics crate (of f32
+/// vectors, `v.as_dvec3()` in glam, or `v.map(f64::from)` of an array).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera(camera::Camera);
 
@@ -65,16 +66,19 @@ impl Camera {
         Self::checked(camera::Camera { projection, size, ..upright(eye, direction) })
     }
 
-    /// The same from elsewhere, in another direction.
+    /// The same from elsewhere, in another direction. What is up stays, where it was said.
     ///
     /// # Errors
-    /// When a number is not finite, or the direction is zero or along what is up.
+    /// When a number is not finite, or the direction is zero or along what was said to be up.
     pub fn look(
         self,
         eye: impl Into<[f64; 3]>,
         direction: impl Into<[f64; 3]>,
     ) -> Result<Self, Error> {
-        Self::checked(camera::Camera { origin: vector(eye), view: vector(direction), ..self.0 })
+        let upright = upright(vector(eye), vector(direction));
+        let said = self.0.up != DVec3::Z && self.0.up != DVec3::Y;
+        let up = if said { self.0.up } else { upright.up };
+        Self::checked(camera::Camera { origin: upright.origin, view: upright.view, up, ..self.0 })
     }
 
     /// Which way is up: z without, and y for a camera that looks along z.
@@ -95,10 +99,12 @@ impl Camera {
     }
 
     /// Moved back, and a picture of parallel rays resized, until every sphere just fits into a
-    /// picture of some columns and rows, with 4 % to spare. Clip distances are given up. It looks
-    /// at every sphere.
+    /// picture of some columns and rows, with 4 % to spare. Clip distances are given up; the
+    /// direction stays. It looks at every sphere. Where these are so far away or so large that f64
+    /// cannot frame them, the camera stays as it is.
     #[must_use]
-    pub fn fit(self, scene: &Scene, [width, height]: [u32; 2]) -> Self {
+    pub fn fit(self, scene: &Scene, size: [u32; 2]) -> Self {
+        let [width, height] = size;
         let side = |side: u32| side.clamp(1, MAX_SIDE);
         let image = ImageSize { width: side(width), height: side(height) };
         if let Some(fitted) = self.fitted(scene.core(), image) {
@@ -156,7 +162,9 @@ impl Camera {
     }
 
     /// Turned about a point, in degrees: `across` about what is up, to the right for positive
-    /// angles, and `over` towards what is up. It stays as far away, and clip distances stay.
+    /// angles, and `over` towards what is up. It stays as far away, and clip distances stay. To
+    /// keep a whole scene in view, turn first and [`Camera::fit`] after. By angles or about points
+    /// that are not finite it is not turned.
     #[must_use]
     pub fn orbit(self, about: impl Into<[f64; 3]>, across: f64, over: f64) -> Self {
         let about = vector(about);
@@ -182,8 +190,10 @@ impl Camera {
     }
 
     /// Where the ray of a pixel begins, and its direction, in the world: column and row from the
-    /// top left, in a picture of some columns and rows. A distance `t` is at `begin + t direction`.
-    pub fn ray(&self, size: [u32; 2], [column, row]: [u32; 2]) -> [[f64; 3]; 2] {
+    /// top left, in a picture of some columns and rows. A distance `t` along the view direction is
+    /// at `begin + t direction`: in perspective `direction` is longer than 1 off the middle.
+    pub fn ray(&self, size: [u32; 2], pixel: [u32; 2]) -> [[f64; 3]; 2] {
+        let [column, row] = pixel;
         let camera::Ray { origin, direction } = self.view(size).ray(column, row);
         [origin.to_array(), direction.to_array()]
     }

@@ -12,7 +12,8 @@ use planisphere_core::{
 
 use crate::engine::DeviceError;
 
-/// Why not. `Display` is one line, which ends with the fix; [`Error::fix`] is the fix alone.
+/// Why not. `Display` is one line, which ends with the fix (of [`Error::NoDevice`] one for each
+/// device that was tried); [`Error::fix`] is the fix alone.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Error {
@@ -39,7 +40,7 @@ pub enum Error {
     Changing,
     /// Numbers are no camera.
     Camera {
-        /// Which of them, such as `view` or `near`.
+        /// Which of them: `origin`, `view`, `up`, `width`, `height`, `fov` or `clip`.
         field: &'static str,
         /// Why not, and the fix.
         words: String,
@@ -185,8 +186,8 @@ impl fmt::Display for Error {
             Self::Region { region: Region { x, y, width, height }, size: [across, down] } => {
                 write!(
                     f,
-                    "the region {x},{y},{width},{height} (x,y,w,h) is not inside of the image of \
-                 {across} x {down} pixels; give one of at least 1 x 1 that is"
+                    "the region {x},{y},{width},{height} (x,y,w,h) is empty or reaches outside of the \
+                 image of {across} x {down} pixels; give at least 1 x 1 pixel inside of it"
                 )
             }
             Self::Cancelled => write!(f, "the drawing was cancelled"),

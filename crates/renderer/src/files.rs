@@ -34,6 +34,25 @@ use crate::{
 };
 
 /// Where the planes of a picture go; none is a plane that is not wanted.
+///
+/// ```no_run
+/// # use planisphere_renderer as planisphere;
+/// use planisphere::files::{Sinks, Target};
+/// # fn main() -> Result<(), planisphere::Error> {
+/// # let scene = planisphere::Scene::new(Default::default())?;
+/// # let camera = planisphere::Camera::isometric();
+///
+/// // A picture that need not fit into memory.
+/// let request = planisphere::Request::new(&scene, camera, [20_000, 20_000])?;
+/// let mut sinks = Sinks::default();
+/// sinks.picture = Some(Target::File("large.png".into()));
+/// sinks.depth = Some(Target::File("large.npy".into()));
+/// let (staged, report) = planisphere::Renderer::cpu().render(&request, &sinks, &mut |_| {})?;
+/// println!("drawn in {:.0} ms", report.times.render);
+/// staged.commit()?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Sinks {

@@ -12,7 +12,7 @@ use std::{
 
 use planisphere_core::drawing::Control;
 
-use crate::{Error, Picture, Request, turns::Turns};
+use crate::{Error, Picture, turns::Turns};
 
 /// What came of it; a panic is handed on to whoever waits.
 type Outcome<T> = Result<Result<T, Error>, Box<dyn Any + Send>>;
@@ -53,12 +53,12 @@ impl<T> fmt::Debug for Job<T> {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// Begins it when it is its turn. Whoever waits is woken before the request is dropped: a scene
-    /// that goes with it may be large.
-    pub(crate) fn begin(
+    /// Begins it when it is its turn. Whoever waits is woken before what was asked for is dropped: a
+    /// scene that goes with it may be large.
+    pub(crate) fn begin<A: Send + 'static>(
         turns: &Arc<Turns>,
-        request: Request,
-        work: impl FnOnce(&Request, &Control) -> Result<T, Error> + Send + 'static,
+        asked: A,
+        work: impl FnOnce(&A, &Control) -> Result<T, Error> + Send + 'static,
     ) -> Self {
         let shared = Arc::new(Shared {
             state: Mutex::new(State::Waiting(None, None)),
@@ -71,7 +71,7 @@ impl<T: Send + 'static> Job<T> {
             if !theirs.run() {
                 return;
             }
-            let work = panic::AssertUnwindSafe(|| work(&request, &theirs.control));
+            let work = panic::AssertUnwindSafe(|| work(&asked, &theirs.control));
             let outcome = panic::catch_unwind(work);
             if let Ok(Ok(_)) = outcome {
                 theirs.control.reach(1.0);
@@ -105,13 +105,15 @@ impl<T: Send + 'static> Job<T> {
         }
     }
 
-    /// Tells how far it is, from 0 to 1, from any thread. It never falls, and is 1 at the end.
+    /// Gives a function that says how far it is, as an `f32` from 0 to 1, from any thread. It never
+    /// falls, and is 1 at the end.
     pub fn progress(&self) -> impl Fn() -> f32 + Send + Sync + 'static + use<T> {
         let control = self.0.control.clone();
         move || control.progress()
     }
 
-    /// Ends it within milliseconds, from any thread: with [`Error::Cancelled`], unless it is done.
+    /// Gives a function that ends it within milliseconds, from any thread: with
+    /// [`Error::Cancelled`], unless it is done.
     pub fn canceller(&self) -> impl Fn() + Send + Sync + 'static + use<T> {
         let shared = Arc::clone(&self.0);
         move || shared.cancel()

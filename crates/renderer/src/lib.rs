@@ -55,7 +55,7 @@ pub use planisphere_core::camera::{MAX_SIDE, Region};
 #[cfg(feature = "gpu")]
 pub use planisphere_gpu::{adapters::adapters, wgpu};
 #[cfg(feature = "read")]
-pub use read::{Document, read};
+pub use read::{Document, read, start_read};
 pub use renderer::Renderer;
 pub use request::{Look, Request};
 pub use scene::{Scene, Sphere, Spheres};

@@ -86,8 +86,9 @@ impl Part {
     /// Merges parts into one: in any order, any number at a time, in steps if need be.
     ///
     /// # Errors
-    /// When they are not parts of one picture, overlap, leave a gap inside of what they hold
-    /// together, or contradict each other.
+    /// When they are not parts of one picture, overlap, leave a gap of pixels inside of what they
+    /// hold together, or contradict each other. Spheres that are in none are no error: see
+    /// [`Part::missing`].
     pub fn merge(parts: impl IntoIterator<Item = Part>) -> Result<Self, Error> {
         let parts: Vec<part::Part> = parts.into_iter().map(|part| (*part.0).clone()).collect();
         let merge = Merge::new(&parts, None)?;
@@ -97,7 +98,8 @@ impl Part {
     }
 
     /// The first spheres, and the first pixels, that the part does not hold: of all spheres up to
-    /// the last that it does, and of the whole picture. None if it is a whole picture.
+    /// the last that it does, and of the whole picture. None if it is a whole picture; that spheres
+    /// come after its last, it cannot know.
     pub fn missing(&self) -> Option<(Range<u64>, Region)> {
         let Meta { view, region, ranges, .. } = &self.0.meta;
         let whole = Region::whole(view.image);
@@ -175,7 +177,13 @@ impl Part {
     /// # Errors
     /// When they are no part, or not as it was written.
     pub fn read(bytes: impl AsRef<[u8]> + Send + 'static) -> Result<Self, Error> {
-        let part = planisphere_io::part::read("the part", bytes::Bytes::from_owner(bytes))?;
+        let mut part = planisphere_io::part::read("the part", bytes::Bytes::from_owner(bytes))?;
+        let Meta { region: Region { x, y, width, height }, ranges, .. } = &part.meta;
+        let spheres = match (ranges.first(), ranges.last()) {
+            (Some(first), Some(last)) => format!("spheres {} to {}", first.start, last.end - 1),
+            _ => "no spheres".into(),
+        };
+        part.name = format!("the part of {spheres} in {x},{y},{width},{height}");
         Ok(Self(Arc::new(part)))
     }
 }

@@ -68,7 +68,7 @@ pub struct Hit {
     pub depth: f64,
     /// Where, in the world.
     pub point: [f64; 3],
-    /// Unit vector from the sphere's centre to the point.
+    /// Unit vector from the sphere's centre to the point; zero where f64 do not tell these apart.
     pub normal: [f64; 3],
     /// Whether it is the inner wall: the camera, or the nearest distance that is seen, lies inside
     /// of the sphere.
@@ -86,7 +86,9 @@ impl Hit {
         let depth = pixel.distance(&hit);
         let ray = view.ray(column, row);
         let point = ray.origin + depth * ray.direction;
-        let normal = (point - sphere.center).try_normalize().unwrap_or(DVec3::ZERO);
+        let offset = point - sphere.center;
+        // Squares of extreme numbers leave the range of f64.
+        let normal = (offset / offset.abs().max_element()).try_normalize().unwrap_or(DVec3::ZERO);
         let inside = hit.root() == Root::Far;
         let (point, normal) = (point.to_array(), normal.to_array());
         Some(Self { index, depth, point, normal, inside })
@@ -173,9 +175,10 @@ impl Picture {
         (self.rgba.into_inner().unwrap_or_default(), self.ids, self.depth)
     }
 
-    /// What is seen at a pixel, column and row from the top left; none where nothing is, and
-    /// outside of the picture.
-    pub fn hit(&self, [column, row]: [u32; 2]) -> Option<Hit> {
+    /// What is seen at a pixel, column and row from the top left of what was drawn: of a region,
+    /// from its own corner. None where nothing is, and outside of the picture.
+    pub fn hit(&self, pixel: [u32; 2]) -> Option<Hit> {
+        let [column, row] = pixel;
         let Region { x, y, width, height } = self.region();
         if column >= width || row >= height {
             return None;
@@ -237,8 +240,11 @@ impl Picture {
         let target = Target::File(path.as_ref().to_path_buf());
         target.check_ending("the picture", "a picture", "png")?;
         target.check()?;
-        let mut sink = target.open()?;
-        self.write_png(&mut sink)?;
+        let mut sink = target.clone().open()?;
+        self.write_png(&mut sink).map_err(|error| match error {
+            Error::Io(error) => target.io(error).into(),
+            other => other,
+        })?;
         output::commit(vec![sink.finish()?])?;
         Ok(())
     }

@@ -174,8 +174,8 @@ impl Plan {
         Workload { spheres: self.spheres, region: self.region, entries: self.survey.entries }
     }
 
-    /// Bytes that a picture needs beyond the scene itself (whose mapped files the system may drop
-    /// and read again). On the safe side.
+    /// Bytes that [`Renderer::render`] needs, which holds a band at a time, beyond the scene itself
+    /// (whose mapped files the system may drop and read again). On the safe side.
     pub fn memory(&self) -> u64 {
         let pixels = self.region.pixels().min(self.held) as u64;
         // The program, its threads, an encoder's buffers, and bytes that wait in memory to be

@@ -1,10 +1,11 @@
 //! Scene files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use planisphere_core::drawing::Control;
 use planisphere_io::load::{self, Loaded};
 
-use crate::{Camera, Error, Scene};
+use crate::{Camera, Error, Job, Scene, turns::Turns};
 
 /// What a scene file says.
 #[derive(Clone, Debug)]
@@ -29,7 +30,8 @@ impl Document {
     /// # Errors
     /// When the file's numbers and what is chosen are no camera together, as of a scene so far away
     /// that no f64 is as large.
-    pub fn camera(&self, [width, height]: [u32; 2]) -> Result<Camera, Error> {
+    pub fn camera(&self, size: [u32; 2]) -> Result<Camera, Error> {
+        let [width, height] = size;
         let image = planisphere_core::camera::ImageSize { width, height };
         Ok(Camera::try_from(self.loaded.camera(image))?)
     }
@@ -40,10 +42,21 @@ impl Document {
 /// # Errors
 /// The first thing in the file, or in its arrays, that has no picture: [`Error::File`].
 pub fn read(path: impl AsRef<Path>) -> Result<Document, Error> {
-    let path = path.as_ref();
+    read_controlled(path.as_ref(), &Control::new())
+}
+
+/// The same as a job, on a thread of its own.
+pub fn start_read(path: impl Into<PathBuf>) -> Job<Document> {
+    Job::begin(&Turns::new(1), path.into(), |path, control| read_controlled(path, control))
+}
+
+fn read_controlled(path: &Path, control: &Control) -> Result<Document, Error> {
     // To the loader that would be standard input.
     let path = if path == Path::new("-") { Path::new("./-") } else { path };
-    let loaded = load::load(path)?;
+    let loaded = load::load_controlled(path, control).map_err(|error| match error {
+        error if error.is_cancelled() => Error::Cancelled,
+        error => error.into(),
+    })?;
     let Loaded { image, background, notes, .. } = &loaded;
     Ok(Document {
         scene: Scene::from(&loaded),

@@ -1,6 +1,7 @@
 //! Draws requests: which device, on which threads, how many at a time.
 
 use std::{
+    cell::Cell,
     fmt,
     ops::ControlFlow,
     sync::{Arc, Mutex, OnceLock, PoisonError},
@@ -13,6 +14,8 @@ use planisphere_core::{
     depth,
     drawing::{Control, DrawError, Drawing},
     exact::decide::Truth,
+    pool::Later,
+    text,
 };
 use planisphere_image::Paint;
 
@@ -99,12 +102,16 @@ impl Renderer {
         Self(Arc::new(Inner { source, idle, spare, pool, lanes, turns }))
     }
 
-    /// With a pool of its own, of so many threads, in place of the caller's; and as many pictures
-    /// in flight.
+    /// With a pool of its own, of so many threads (1 to 1024; 0 is 1), in place of the caller's; and
+    /// as many pictures in flight.
     ///
     /// # Errors
-    /// When the system has no threads left.
+    /// When these are too many, or the system has no threads left.
     pub fn threads(self, threads: usize) -> Result<Self, Error> {
+        const MOST: usize = 1024;
+        if threads > MOST {
+            return Err(Error::Size { what: "threads", found: threads as u64, limit: MOST as u64 });
+        }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads.max(1))
             .thread_name(|number| format!("planisphere {number}"))
@@ -113,8 +120,8 @@ impl Renderer {
         Ok(Self::from_source(self.0.source.clone(), Some(Arc::new(pool)), None))
     }
 
-    /// At most so many pictures at a time, first come first served: this bounds memory. As many as
-    /// threads without.
+    /// At most so many pictures at a time (0 is 1), first come first served: this bounds memory. As
+    /// many as threads without.
     #[must_use]
     pub fn in_flight(self, pictures: usize) -> Self {
         Self::from_source(self.0.source.clone(), self.0.pool.clone(), Some(pictures))
@@ -211,8 +218,9 @@ impl Renderer {
         })
     }
 
-    /// Bands of rows as they come, from the top: of a picture that need not fit into memory as a
-    /// whole. `Break` ends it.
+    /// Bands of rows as they come, from the top, of some 33 million pixels each: of a picture that
+    /// need not fit into memory as a whole. `Break` ends it after a band. The turn is held while
+    /// `sink` works: it must not wait for jobs of the same renderer.
     ///
     /// # Errors
     /// As [`Renderer::draw`]; [`Error::Cancelled`] when `sink` has broken off.
@@ -250,7 +258,8 @@ impl Renderer {
 
     /// The same, and makes something of the picture in the same turn, such as the bytes of a file.
     /// Then no more than [`Renderer::in_flight`] pictures are ever there at once, and each has the
-    /// memory of an earlier one: what a server of many requests wants.
+    /// memory of an earlier one: what a server of many requests wants. The turn is held while `then`
+    /// works: it must not wait for other jobs of the same renderer.
     pub fn start_with<T: Send + 'static>(
         &self,
         request: Request,
@@ -302,8 +311,8 @@ impl Renderer {
         control: &Control,
         work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
     ) -> Result<T, Error> {
-        // See `turns`: a thread of a pool does not wait.
-        if rayon::current_thread_index().is_some() {
+        // See `turns`: a thread of a pool does not wait, and one that holds a turn has it already.
+        if rayon::current_thread_index().is_some() || HELD.get() > 0 {
             return self.on_pool(control, work);
         }
         let _turn: Turn = self.0.turns.wait();
@@ -318,7 +327,7 @@ impl Renderer {
         work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
     ) -> Result<T, Error> {
         let Inner { lanes, turns, .. } = &*self.0;
-        let wanted = turns.wanted();
+        let (_held, wanted) = (Held::begin(), turns.wanted());
         if wanted < 2 || wanted < self.pool_threads() || turns.limit() < 2 {
             return self.on_pool(control, work);
         }
@@ -429,6 +438,7 @@ fn fill(
     control: &Control,
 ) -> Result<(), Error> {
     let begin = Instant::now();
+    check_memory(request, picture)?;
     let Picture { ids, rgba, mut depth, .. } = std::mem::take(picture);
     // Colours are made when they are asked for: now, where the picture before was asked, or where
     // they might be others later.
@@ -440,7 +450,11 @@ fn fill(
     let pixels = request.region.pixels();
     sized(&mut rgba, if now { pixels } else { 0 }, "colors")?;
     sized(&mut depth, if request.depth { pixels } else { 0 }, "depths")?;
-    finish(request, &ids, &mut rgba, &mut depth, control)?;
+    if let Err(error) = finish(request, &ids, &mut rgba, &mut depth, control) {
+        // To give large planes back takes long: nobody waits for it.
+        drop((Later::from(ids), Later::from(rgba), Later::from(depth)));
+        return Err(error);
+    }
     let rgba = if now { rgba.into() } else { OnceLock::new() };
     let by = engine.stood_in().map(ToOwned::to_owned);
     let (request, elapsed) = (Some(request.clone()), begin.elapsed());
@@ -449,15 +463,70 @@ fn fill(
     Ok(())
 }
 
-/// Makes a plane as long as the region has pixels.
-pub(crate) fn sized<T: Copy + Default>(
+/// Makes a plane as long as the region has pixels. Fresh memory is not touched: that takes long for
+/// large planes, and is done where they are filled, by all threads.
+pub(crate) fn sized<T: Copy + Default + Send + 'static>(
     plane: &mut Vec<T>,
     pixels: usize,
     name: &str,
 ) -> Result<(), Error> {
-    plane.truncate(pixels);
-    let more = pixels - plane.len();
-    plane.try_reserve_exact(more).map_err(|_| DrawError::no_room(name, size_of::<T>(), pixels))?;
+    if plane.capacity() < pixels {
+        drop(std::mem::take(plane));
+        Vec::<T>::new()
+            .try_reserve_exact(pixels)
+            .map_err(|_| DrawError::no_room(name, size_of::<T>(), pixels))?;
+        *plane = vec![T::default(); pixels];
+    }
     plane.resize(pixels, T::default());
     Ok(())
+}
+
+/// Refuses planes for which there is no memory: systems that promise more than they have end the
+/// process when it is used.
+fn check_memory(request: &Request, picture: &Picture) -> Result<(), Error> {
+    let pixels = request.region.pixels() as u64;
+    let rgba = request.color && (picture.rgba.get().is_some() || request.scene.is_watched());
+    let planes = 1 + u64::from(rgba) + u64::from(request.depth);
+    let Picture { ids, depth, rgba, .. } = picture;
+    let held = ids.capacity() + depth.capacity() + rgba.get().map_or(0, Vec::capacity);
+    let needed = (4 * planes * pixels).saturating_sub(4 * held as u64);
+    if needed < ASKED {
+        return Ok(());
+    }
+    match planisphere_memory::available() {
+        Some(available) if needed > available => {
+            let words = format!(
+                "the planes of the picture take {} of memory, and {} is available; draw it in \
+                 regions or bands, or free some memory",
+                text::bytes(needed),
+                text::bytes(available)
+            );
+            Err(Error::Memory { needed: Some(needed), available: Some(available), words })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Bytes from which on the system is asked whether it has them.
+const ASKED: u64 = 64 << 20;
+
+thread_local! {
+    /// Turns that this thread holds.
+    static HELD: Cell<usize> = const { Cell::new(0) };
+}
+
+/// A turn that this thread holds, until dropped.
+struct Held;
+
+impl Held {
+    fn begin() -> Self {
+        HELD.set(HELD.get() + 1);
+        Self
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        HELD.set(HELD.get() - 1);
+    }
 }

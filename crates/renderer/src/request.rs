@@ -74,7 +74,7 @@ impl Request {
         Self { look, ..self }
     }
 
-    /// Depths too: they are not made unasked.
+    /// Depths too: they are not made unasked, and take longer than ids.
     #[must_use]
     pub fn with_depth(self) -> Self {
         Self { depth: true, ..self }
@@ -101,7 +101,7 @@ impl Request {
         self.region
     }
 
-    /// Why a picture of it shows no sphere, in one line. It looks at all spheres.
+    /// Why a picture of it shows no sphere, if it shows none, in one line. It looks at all spheres.
     pub fn why_empty(&self) -> String {
         unseen::why(self.scene.core(), &self.view(), self.region)
     }

@@ -35,9 +35,8 @@ pub enum MergeError {
     /// They show different things.
     #[error(
         "{one} and {other} are not parts of one picture: {field} is {one_has} in the first, \
-         {other_has} in the second; draw all parts with the same [camera], --size and background \
-         (a [camera] without an origin, a view or a size is framed by the spheres of its own \
-         part)"
+         {other_has} in the second; draw all parts with the same camera, size and background (a \
+         camera that is fitted to the spheres of a part is that part's own)"
     )]
     View {
         /// A part.
@@ -54,7 +53,7 @@ pub enum MergeError {
     /// Two parts hold the same spheres at the same place.
     #[error(
         "{one} and {other} both hold {} of {}; give each part of the spheres its own \
-         --first-index, each part of the picture its own --region, and name no part twice",
+         first index, each part of the picture its own region, and name no part twice",
         Spheres(spheres),
         Place(region)
     )]
@@ -84,8 +83,8 @@ pub enum MergeError {
     },
     /// No part holds some spheres anywhere.
     #[error(
-        "no part holds {}; add the part that does, or correct --first-index so that the parts' \
-         spheres follow each other (-o none --visibility merges what there is)", Spheres(.0)
+        "no part holds {}; add the part that does, or correct the first indices so that the \
+         parts' spheres follow each other (a part again may have gaps)", Spheres(.0)
     )]
     Gap(Range<u64>),
     /// Two parts disagree on a sphere.
@@ -103,7 +102,7 @@ pub enum MergeError {
     /// A part contradicts itself.
     #[error(
         "{name} is damaged: its sphere {index} {fault} at column {column}, row {row}; \
-         write it again with `planisphere render SCENE --visibility FILE.npz`"
+         draw it again"
     )]
     Damaged {
         /// The part.
@@ -724,11 +723,7 @@ fn check_cover(parts: &[Part], region: Region, ranges: &[Range<u64>]) -> Result<
             .map_or(range.end, |s| s.min(range.end));
         (start < end).then_some(start..end)
     });
-    let hint = if held.is_empty() {
-        ", or merge only the region that is drawn: --region x,y,width,height"
-    } else {
-        ""
-    };
+    let hint = if held.is_empty() { ", or merge only the region that is drawn" } else { "" };
     // Nothing at all is held there: the spheres do not matter.
     let spheres = if held.is_empty() { 0..0 } else { spheres.unwrap_or(0..0) };
     Err(MergeError::Missing { spheres, region: missing, hint })
