@@ -23,10 +23,20 @@ use crate::{
     },
 };
 use planisphere_core::{
+    drawing::Control,
     scene::{Column, Reals},
     text,
 };
 use planisphere_memory as memory;
+
+/// Rows or numbers after which it is looked whether they are still wanted, at most.
+const LOOK: usize = 1 << 12;
+
+/// The same items, which end early once they are not wanted.
+fn while_wanted<T>(items: impl Iterator<Item = T>, control: &Control) -> impl Iterator<Item = T> {
+    let wanted = |&(number, _): &(usize, T)| number % LOOK > 0 || !control.is_cancelled();
+    items.enumerate().take_while(wanted).map(|(_, item)| item)
+}
 
 /// Bytes from which [`npy::extent`] knows where a header ends.
 const BEGINNING: usize = 12;
@@ -86,6 +96,8 @@ pub(super) struct Array {
     offset: usize,
     header: Header,
     path: PathBuf,
+    /// Ends all that looks at its numbers.
+    control: Control,
     /// What is asked whether the file has changed, where it was not read at once.
     pub mapped: Option<Arc<Mapped>>,
 }
@@ -106,8 +118,9 @@ impl Array {
     /// Opens a file and reads its header.
     ///
     /// # Errors
-    /// When it is not an array, whole.
-    pub fn open(path: PathBuf) -> Result<Self, Refused> {
+    /// When it is not an array, whole; when it is cancelled, here and in all that reads it.
+    pub fn open(path: PathBuf, control: &Control) -> Result<Self, Refused> {
+        Refused::if_cancelled(control)?;
         let (file, metadata) = open_regular(&path).map_err(|error| match error {
             OpenError::Missing => Refused::new(
                 error.to_string(),
@@ -137,7 +150,7 @@ impl Array {
             let mapped = Mapped::new(&path, file).map_err(|error| unread(error.into()))?;
             (mapped.bytes(), Some(mapped), header)
         };
-        Self::of(bytes, header, offset, path, mapped)
+        Self::of(bytes, header, offset, path, mapped, control.clone())
     }
 
     fn of(
@@ -146,6 +159,7 @@ impl Array {
         offset: usize,
         path: PathBuf,
         mapped: Option<Arc<Mapped>>,
+        control: Control,
     ) -> Result<Self, Refused> {
         let size = header
             .descr
@@ -175,7 +189,7 @@ impl Array {
                 },
             ));
         }
-        Ok(Self { bytes, offset, header, path, mapped })
+        Ok(Self { bytes, offset, header, path, control, mapped })
     }
 
     /// How many spheres the shape speaks of, where it leaves no doubt; for the centres, whose shape
@@ -264,7 +278,10 @@ impl Array {
         let found = format!("holds numbers of type {}, but {}", number.name(), key.types());
         *number = half;
         let imaginary = |at: usize| self.cell(at + half.size, half);
-        if let Some(at) = grid.places().find(|&at| half.read(imaginary(at)).0 != 0.0) {
+        let found_at = while_wanted(grid.places(), &self.control)
+            .find(|&at| half.read(imaginary(at)).0 != 0.0);
+        Refused::if_cancelled(&self.control)?;
+        if let Some(at) = found_at {
             let value = half.read(imaginary(at)).0;
             return Err(Refused::new(
                 format!("{found} (one has the imaginary part {value})"),
@@ -359,7 +376,7 @@ impl Array {
             self.room(cells, size, &self.why(cells, false), to)?;
         }
         if !numbers().all(Number::fits_f64)
-            && let Some(place) = self.first(cells, |(_, exact)| !exact)
+            && let Some(place) = self.first(cells, |(_, exact)| !exact)?
         {
             let Place { row, column, shown, .. } = place;
             let what = if key == Key::Radii { "radius" } else { "coordinate" };
@@ -470,7 +487,7 @@ impl Array {
             )
         };
         if !cells.are_bytes()
-            && let Some(place) = self.first(rgb, |(value, _)| !(0.0..=255.0).contains(&value))
+            && let Some(place) = self.first(rgb, |(value, _)| !(0.0..=255.0).contains(&value))?
         {
             let fix = match integers {
                 true => "write integers from 0 to 255",
@@ -485,10 +502,10 @@ impl Array {
             return Ok(Brightest::Full);
         }
         // Between 0 and 1, 1 is the brightest.
-        if self.first(rgb, |(value, _)| value > 1.0).is_none() {
+        if self.first(rgb, |(value, _)| value > 1.0)?.is_none() {
             return Ok(Brightest::One);
         }
-        if let Some(place) = self.first(rgb, |(value, exact)| value.fract() != 0.0 || !exact) {
+        if let Some(place) = self.first(rgb, |(value, exact)| value.fract() != 0.0 || !exact)? {
             let fix = "write integers from 0 to 255: how numbers between two of them are to be \
                        rounded is not decided here";
             return Err(refused(
@@ -506,7 +523,7 @@ impl Array {
             Brightest::One => 1.0,
             Brightest::Full => 255.0,
         };
-        let Some(place) = self.first(alpha, |(value, _)| value != opaque) else { return Ok(()) };
+        let Some(place) = self.first(alpha, |(value, _)| value != opaque)? else { return Ok(()) };
         Err(self.wrong_shape(
             &format!("({}, 3), one row for each row of `centers`", cells.count()),
             format!(
@@ -539,14 +556,13 @@ impl Array {
 
     /// Refuses long doubles that are not, or not for sure, those of this kind of machine.
     fn known_long_doubles(&self, cells: &Cells, key: Key) -> Result<(), Refused> {
-        let mut long = cells.places().filter(|(_, _, _, number)| number.kind == Kind::LongDouble);
-        let known = long.all(|(_, _, _, number)| !number.big)
-            && are_extended(
-                cells
-                    .places()
-                    .filter(|(_, _, _, number)| number.kind == Kind::LongDouble)
-                    .map(|(_, _, at, number)| self.cell(at, number)),
-            );
+        let long = || {
+            while_wanted(cells.places(), &self.control)
+                .filter(|(_, _, _, number)| number.kind == Kind::LongDouble)
+        };
+        let known = long().all(|(_, _, _, number)| !number.big)
+            && are_extended(long().map(|(_, _, at, number)| self.cell(at, number)));
+        Refused::if_cancelled(&self.control)?;
         if known {
             return Ok(());
         }
@@ -567,7 +583,11 @@ impl Array {
     }
 
     /// The first number, row by row, of which a test holds.
-    fn first(&self, cells: &Cells, test: impl Fn((f64, bool)) -> bool + Sync) -> Option<Place> {
+    fn first(
+        &self,
+        cells: &Cells,
+        test: impl Fn((f64, bool)) -> bool + Sync,
+    ) -> Result<Option<Place>, Refused> {
         let found = |row: usize| {
             let at = cells.row(row);
             cells
@@ -575,15 +595,16 @@ impl Array {
                 .iter()
                 .position(|&(column, number)| test(number.read(self.cell(at + column, number))))
         };
-        let row = (0..cells.count())
-            .into_par_iter()
-            .with_min_len(1 << 12)
-            .position_first(|row| found(row).is_some())?;
+        let row = (0..cells.count()).into_par_iter().with_min_len(LOOK).position_first(|row| {
+            row % LOOK == 0 && self.control.is_cancelled() || found(row).is_some()
+        });
+        Refused::if_cancelled(&self.control)?;
+        let Some(row) = row else { return Ok(None) };
         // The file can be changing.
         let column = found(row).unwrap_or(0);
         let (at, number) = cells.columns[column];
         let bytes = self.cell(cells.row(row) + at, number);
-        Some(Place { row, column, shown: shown(number, bytes) })
+        Ok(Some(Place { row, column, shown: shown(number, bytes) }))
     }
 
     /// Why the numbers are copied.
@@ -620,6 +641,7 @@ impl Array {
             1 => self.rows::<T, 1>(cells, &read),
             _ => self.rows::<T, 3>(cells, &read),
         };
+        Refused::if_cancelled(&self.control)?;
         let numbers = numbers.ok_or_else(|| no_room(&why, bytes, None, to))?;
         Ok(Taken { numbers, copied: Some(Copied { array: self.path.clone(), why, bytes }) })
     }
@@ -631,24 +653,25 @@ impl Array {
         Ok(bytes)
     }
 
-    /// Rows of so many numbers; nothing where there is no memory for them.
+    /// Rows of so many numbers; nothing where there is no memory for them, or once it is cancelled.
     fn rows<T: bytemuck::Pod + Send + Sync, const N: usize>(
         &self,
         cells: &Cells,
         read: &(impl Fn(&[u8]) -> T + Sync),
     ) -> Option<Column<T>> {
         let columns: [(usize, Number); N] = cells.columns.as_slice().try_into().ok()?;
-        let mut rows: Vec<[T; N]> = Vec::new();
-        rows.try_reserve_exact(cells.count()).ok()?;
+        // Of this size, zeros are what the system gives: nothing is written twice.
+        let mut rows: Vec<[T; N]> = bytemuck::allocation::try_zeroed_vec(cells.count()).ok()?;
         let row = |row: usize| {
             let at = cells.row(row);
             columns.map(|(column, number)| read(self.cell(at + column, number)))
         };
-        (0..cells.count())
-            .into_par_iter()
-            .with_min_len(1 << 12)
-            .map(row)
-            .collect_into_vec(&mut rows);
+        rows.par_chunks_mut(LOOK).enumerate().try_for_each(|(part, rows)| {
+            for (k, to) in rows.iter_mut().enumerate() {
+                *to = row(LOOK * part + k);
+            }
+            (!self.control.is_cancelled()).then_some(())
+        })?;
         Some(Column::of_rows(rows))
     }
 }

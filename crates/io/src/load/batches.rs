@@ -15,6 +15,7 @@ use toml_parser::{
 };
 
 use crate::load::report::Fault;
+use planisphere_core::drawing::Control;
 
 /// Bytes of a piece, about.
 const PIECE: usize = 1 << 15;
@@ -127,17 +128,25 @@ pub(super) struct Batches {
     pub pieces: Vec<Piece>,
 }
 
+/// Bytes of a file, and tokens, after which it is looked whether it is still wanted.
+const LOOK: [usize; 2] = [1 << 18, 1 << 12];
+
 /// Whether a file is so large that it is read in pieces.
 pub(super) fn large(text: &str) -> bool {
     text.len() >= WORTH
 }
 
 /// Cuts a scene file by its lines, if that is worth while. When any piece, or the rest, does not
-/// parse, or the rest has `sphere` too, then the cut may be wrong.
-pub(super) fn quick(text: &str) -> Option<Batches> {
+/// parse, or the rest has `sphere` too, then the cut may be wrong. Nothing, too, once it is
+/// cancelled.
+pub(super) fn quick(text: &str, control: &Control) -> Option<Batches> {
     let mut runs: Vec<Range<usize>> = Vec::new();
-    let (mut at, mut inside) = (0, false);
+    let (mut at, mut inside, mut looked) = (0, false, 0);
     for line in text.split_inclusive('\n') {
+        if at - looked >= LOOK[0] {
+            looked = at;
+            Fault::if_cancelled(control).ok()?;
+        }
         let start = line.trim_start_matches([' ', '\t']);
         if start.starts_with('[') {
             let header = start.trim_end().strip_prefix("[[sphere]]");
@@ -307,15 +316,18 @@ fn key(text: &str, token: Token) -> &str {
 /// Cuts a scene file by its tokens.
 ///
 /// # Errors
-/// What is beyond the limits, or given twice.
-pub(super) fn exact(text: &str) -> Result<Batches, Fault> {
+/// What is beyond the limits, or given twice; when it is cancelled.
+pub(super) fn exact(text: &str, control: &Control) -> Result<Batches, Fault> {
     use TokenKind::{Comma, Comment, Eof, Newline, Whitespace};
     let mut cut = Cut::new(text);
     let mut depth = Depth::default();
     let mut statement = Statement::default();
     // The item of a list of spheres that is being read, and the pieces of the list.
     let mut list: Option<List> = None;
-    for token in Source::new(text).lex() {
+    for (number, token) in Source::new(text).lex().enumerate() {
+        if number % LOOK[1] == 0 {
+            Fault::if_cancelled(control)?;
+        }
         let span = token.span().start()..token.span().end();
         let kind = token.kind();
         let ends = kind == Eof || kind == Newline && (statement.open == 0 || statement.is_header());
@@ -578,7 +590,9 @@ mod tests {
         let camera = "[camera]\nview = [1, 0, 0]\n";
         let spheres = format!("  {}[[sphere]] # last\n", TABLE.repeat(2000));
         let text = format!("{camera}{spheres}[image]\nwidth = 4\n{}", TABLE.repeat(3));
-        for batches in [quick(&text).unwrap(), exact(&text).unwrap()] {
+        for batches in
+            [quick(&text, &Control::new()).unwrap(), exact(&text, &Control::new()).unwrap()]
+        {
             let Batches { rest, pieces } = batches;
             let all: String =
                 pieces.iter().map(|piece| piece.text(&text).into_owned() + "\n").collect();
@@ -603,12 +617,12 @@ mod tests {
             let inside = pieces[2].text(&text).find("radius").unwrap();
             assert!(text[pieces[2].place(inside..inside + 6)].starts_with("radius"));
         }
-        assert!(quick(camera).is_none());
-        assert!(quick(&"# nothing but words\n".repeat(5000)).is_none());
+        assert!(quick(camera, &Control::new()).is_none());
+        assert!(quick(&"# nothing but words\n".repeat(5000), &Control::new()).is_none());
         // Other tables whose names begin the same way are left alone.
         let text = "[[spheres]]\nradius = 1\n[sphere.x]\n[[spherex]]\n".repeat(5);
-        assert!(quick(&text).is_none());
-        assert!(exact(&text).unwrap().pieces.is_empty());
+        assert!(quick(&text, &Control::new()).is_none());
+        assert!(exact(&text, &Control::new()).unwrap().pieces.is_empty());
     }
 
     #[test]
@@ -618,7 +632,7 @@ mod tests {
             "# first\nsphere = [ # of many\n{},]\n[image]\nwidth = 4",
             (0..5000).map(item).collect::<Vec<_>>().join(",\n")
         );
-        let Batches { rest, pieces } = exact(&text).unwrap();
+        let Batches { rest, pieces } = exact(&text, &Control::new()).unwrap();
         assert_eq!(words(&rest.text(&text)), "[image] width = 4");
         assert!(pieces.len() > 3);
         for piece in &pieces {
@@ -654,7 +668,8 @@ mod tests {
             (format!("{TABLE}\r{TABLE}"), "carriage return"),
         ];
         for (text, wanted) in cases {
-            let error = exact(&text).err().expect(wanted).into_error("test", &text);
+            let error =
+                exact(&text, &Control::new()).err().expect(wanted).into_error("test", &text);
             assert!(error.message().contains(wanted), "{wanted}: {error}");
             assert!(error.to_string().len() < 2000, "{error}");
         }
@@ -667,7 +682,7 @@ mod tests {
     fn no_more_is_kept_than_a_scene_can_have() {
         for line in ["[camera]\n", "x = 1\n", "[camera.view]\n", "hello\n", "[a]\nb = 1\n"] {
             let text = line.repeat(100_000);
-            let batches = exact(&text).unwrap();
+            let batches = exact(&text, &Control::new()).unwrap();
             assert!(batches.rest.text(&text).len() < 2000, "{line}");
         }
     }

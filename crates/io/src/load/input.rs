@@ -1,5 +1,7 @@
 //! Reads the text of a scene: from a file, from standard input, from a pipe; never without end.
 
+#[cfg(unix)]
+use std::time::{Duration, Instant};
 use std::{
     fs::File,
     io::{self, ErrorKind, Read},
@@ -10,7 +12,7 @@ use crate::load::{
     mapped::{OpenError, open_at_once, special},
     refused::Refused,
 };
-use planisphere_core::text;
+use planisphere_core::{drawing::Control, text};
 use planisphere_memory as memory;
 
 /// Bytes of a scene's text, at most: some ten million spheres. Arrays are for more.
@@ -18,15 +20,23 @@ const LONGEST: usize = 1 << 30;
 
 /// How long a pipe is waited for that nobody writes to.
 #[cfg(unix)]
-const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Milliseconds that are waited for bytes, before it is asked again whether they are still wanted.
+#[cfg(unix)]
+const WAIT: libc::c_int = 10;
 
 /// Reads a scene file; `-` is standard input.
 ///
 /// # Errors
-/// When it cannot be read, is no text, or has no end within [`LONGEST`].
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
+/// When it cannot be read, is no text, or has no end within [`LONGEST`]; when it is cancelled.
+pub(super) fn read(path: &Path, control: &Control) -> Result<Vec<u8>, Refused> {
+    Refused::if_cancelled(control)?;
     if path == Path::new("-") {
-        return read_all(io::stdin().lock(), 0);
+        #[cfg(unix)]
+        return read_all(Stdin(io::stdin().lock()), 0, control);
+        #[cfg(not(unix))]
+        return read_all(io::stdin().lock(), 0, control);
     }
     let unread = |error: io::Error| match OpenError::from(error) {
         error @ OpenError::Missing => {
@@ -52,12 +62,12 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
     refuse(&metadata)?;
     if special(&metadata).is_some() {
         #[cfg(unix)]
-        return read_all(Pipe { file, written: false }, 0);
+        return read_all(Pipe { file, written: false, opened: Instant::now() }, 0, control);
     }
     if metadata.len() > LONGEST as u64 {
         return Err(too_long());
     }
-    read_all(file, metadata.len() as usize)
+    read_all(file, metadata.len() as usize, control)
 }
 
 fn too_long() -> Refused {
@@ -70,12 +80,13 @@ fn too_long() -> Refused {
 
 /// Reads to the end, of about so many bytes where that is known. Bytes that no text has end it
 /// early.
-fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
+fn read_all(mut from: impl Read, expected: usize, control: &Control) -> Result<Vec<u8>, Refused> {
     const STEP: usize = 1 << 20;
     let mut text = Vec::new();
     let mut piece = vec![0; STEP.min(expected.max(1 << 16))];
     let mut room = expected;
     loop {
+        Refused::if_cancelled(control)?;
         if text.len() + piece.len() > text.capacity() {
             // Twice as much each time, so that little is moved.
             room = room
@@ -130,43 +141,55 @@ fn read_all(mut from: impl Read, expected: usize) -> Result<Vec<u8>, Refused> {
     }
 }
 
+/// Whether bytes, an end or an error can be read at once; waits a moment for them.
+#[cfg(unix)]
+fn ready(from: &impl std::os::fd::AsRawFd) -> io::Result<bool> {
+    let mut poll = libc::pollfd { fd: from.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+    // SAFETY: one structure of the system's own layout, for a descriptor that is open.
+    match unsafe { libc::poll(&raw mut poll, 1, WAIT) } {
+        found if found < 0 => Err(io::Error::last_os_error()),
+        found => Ok(found > 0),
+    }
+}
+
+/// Standard input, which is interrupted again and again while nothing comes.
+#[cfg(unix)]
+struct Stdin(io::StdinLock<'static>);
+
+#[cfg(unix)]
+impl Read for Stdin {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        if ready(&self.0)? { self.0.read(to) } else { Err(ErrorKind::Interrupted.into()) }
+    }
+}
+
 /// A pipe that was opened without waiting for its writer: this waits, a moment for one to come, and
-/// then for what it writes.
+/// then for what it writes, and is interrupted again and again meanwhile.
 #[cfg(unix)]
 struct Pipe {
     file: File,
     /// Whether there is, or was, a writer.
     written: bool,
+    opened: Instant,
 }
 
 #[cfg(unix)]
 impl Read for Pipe {
     fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
-        use std::os::fd::AsRawFd;
-        let start = std::time::Instant::now();
-        loop {
-            match self.file.read(to) {
-                Ok(0) if !self.written && start.elapsed() < PATIENCE => {
-                    std::thread::sleep(std::time::Duration::from_millis(2));
-                }
-                Ok(0) if !self.written => return Err(ErrorKind::TimedOut.into()),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    self.written = true;
-                    let mut poll = libc::pollfd {
-                        fd: self.file.as_raw_fd(),
-                        events: libc::POLLIN,
-                        revents: 0,
-                    };
-                    // SAFETY: one structure of the system's own layout, for a descriptor that is
-                    // open.
-                    if unsafe { libc::poll(&raw mut poll, 1, -1) } < 0 {
-                        return Err(io::Error::last_os_error());
-                    }
-                }
-                other => {
-                    self.written |= other.is_ok();
-                    return other;
-                }
+        match self.file.read(to) {
+            Ok(0) if !self.written && self.opened.elapsed() < PATIENCE => {
+                std::thread::sleep(Duration::from_millis(2));
+                Err(ErrorKind::Interrupted.into())
+            }
+            Ok(0) if !self.written => Err(ErrorKind::TimedOut.into()),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                self.written = true;
+                ready(&self.file)?;
+                Err(ErrorKind::Interrupted.into())
+            }
+            other => {
+                self.written |= other.is_ok();
+                other
             }
         }
     }
@@ -178,13 +201,17 @@ mod tests {
 
     #[test]
     fn what_has_no_end_is_ended() {
-        assert_eq!(read_all(io::repeat(0), 0).unwrap(), [0], "what shows that it is no text");
-        assert_eq!(read_all(&b"ab\0cd\0"[..], 6).unwrap(), b"ab\0");
-        let text = read_all(io::repeat(b'#'), 0).expect_err("no end");
+        assert_eq!(
+            read_all(io::repeat(0), 0, &Control::new()).unwrap(),
+            [0],
+            "what shows that it is no text"
+        );
+        assert_eq!(read_all(&b"ab\0cd\0"[..], 6, &Control::new()).unwrap(), b"ab\0");
+        let text = read_all(io::repeat(b'#'), 0, &Control::new()).expect_err("no end");
         assert!(text.words.contains("longer than 1.1 GB"), "{text:?}");
-        assert_eq!(read_all(&b"words"[..], 0).unwrap(), b"words");
-        assert_eq!(read_all(&b"words"[..], 5).unwrap(), b"words");
+        assert_eq!(read_all(&b"words"[..], 0, &Control::new()).unwrap(), b"words");
+        assert_eq!(read_all(&b"words"[..], 5, &Control::new()).unwrap(), b"words");
         let long = vec![b'x'; (3 << 20) + 7];
-        assert_eq!(read_all(&long[..], 2).unwrap(), long);
+        assert_eq!(read_all(&long[..], 2, &Control::new()).unwrap(), long);
     }
 }

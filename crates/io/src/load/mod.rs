@@ -18,6 +18,7 @@ pub use report::LoadError;
 
 use planisphere_core::{
     camera::{Camera, ImageSize},
+    drawing::Control,
     framing::Wanted,
     scene::Scene,
     text,
@@ -125,15 +126,28 @@ impl Loaded {
 /// # Errors
 /// The first thing in the file, or in its arrays, that has no picture.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
+    load_controlled(path, &Control::new())
+}
+
+/// The same, which another thread can cancel, and which tells how far it is. A reading that is
+/// cancelled ends soon, also while nothing comes from a pipe or, on Unix, from standard input.
+///
+/// # Errors
+/// As [`load`]; and one that [is cancelled](LoadError::is_cancelled).
+pub fn load_controlled(path: &Path, control: &Control) -> Result<Loaded, LoadError> {
     let from_stdin = path == Path::new("-");
-    let loaded = read(path, from_stdin);
+    let loaded = read(path, from_stdin, control).map_err(|error| {
+        // What was looked at in part may have any fault.
+        if control.is_cancelled() { LoadError::cancelled() } else { error }
+    });
     if from_stdin { loaded } else { loaded.map_err(|error| error.in_file(path)) }
 }
 
-fn read(path: &Path, from_stdin: bool) -> Result<Loaded, LoadError> {
+fn read(path: &Path, from_stdin: bool, control: &Control) -> Result<Loaded, LoadError> {
     let name = if from_stdin { "<stdin>".into() } else { text::name(path) };
-    let bytes = input::read(path)
+    let bytes = input::read(path, control)
         .map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
+    control.reach(0.2);
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let byte = error.as_bytes().get(at).copied().unwrap_or_default();
@@ -168,7 +182,7 @@ fn read(path: &Path, from_stdin: bool) -> Result<Loaded, LoadError> {
         return Err(LoadError::of_file(&name, problem, fix));
     }
     let folder = if from_stdin { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
-    from_text(&name, text, folder)
+    text_controlled(&name, text, folder, control)
 }
 
 /// Loads a scene from the text of a scene file. `name` is for messages; arrays are found relative
@@ -177,9 +191,21 @@ fn read(path: &Path, from_stdin: bool) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn from_text(name: &str, text: &str, folder: &Path) -> Result<Loaded, LoadError> {
+    text_controlled(name, text, folder, &Control::new())
+}
+
+fn text_controlled(
+    name: &str,
+    text: &str,
+    folder: &Path,
+    control: &Control,
+) -> Result<Loaded, LoadError> {
     // The mark that some editors write before UTF-8.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    scene_file::read(text, folder).map_err(|fault| fault.into_error(name, text))
+    let loaded = scene_file::read(text, folder, control);
+    let loaded = loaded.map_err(|fault| fault.into_error(name, text))?;
+    control.reach(1.0);
+    Ok(loaded)
 }
 
 #[cfg(test)]

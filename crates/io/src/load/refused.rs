@@ -1,6 +1,7 @@
 //! Why a file is refused, before it is told for which file and at which place.
 
-use crate::npy::read::NotNpy;
+use crate::{load::report::CANCELLED, npy::read::NotNpy};
+use planisphere_core::drawing::Control;
 
 /// Why a file is not what can be used, and what to do about it: one line each.
 #[derive(Clone, Debug)]
@@ -14,6 +15,11 @@ pub(crate) struct Refused {
 impl Refused {
     pub fn new(words: impl Into<String>, fix: impl Into<String>) -> Self {
         Self { words: words.into(), fix: fix.into() }
+    }
+
+    /// Ends what is read once it is cancelled; whoever loads then says so in place of this.
+    pub fn if_cancelled(control: &Control) -> Result<(), Self> {
+        if control.is_cancelled() { Err(Self::new(CANCELLED, "")) } else { Ok(()) }
     }
 }
 

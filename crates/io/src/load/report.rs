@@ -12,7 +12,10 @@ use codespan_reporting::{
     files, term,
 };
 
-use planisphere_core::text;
+use planisphere_core::{drawing::Control, text};
+
+/// The words for a reading that was ended from outside.
+pub(crate) const CANCELLED: &str = "the reading was cancelled";
 
 /// A fault at a place in a scene file, before the file's name and text are joined to it.
 #[derive(Debug)]
@@ -42,6 +45,11 @@ impl Fault {
             other: None,
             fix: fix.into(),
         }))
+    }
+
+    /// Ends what is read once it is cancelled; whoever loads then says so in place of this.
+    pub fn if_cancelled(control: &Control) -> Result<(), Self> {
+        if control.is_cancelled() { Err(Self::new(CANCELLED, 0..0, "", "")) } else { Ok(()) }
     }
 
     /// Adds a second place.
@@ -77,7 +85,7 @@ impl Fault {
             .with_message(text::within(&message, LONGEST))
             .with_labels(labels.collect())
             .with_notes(vec![format!("fix: {}", text::within(&fix, LONGEST))]);
-        LoadError(Box::new(Report { excerpt, diagnostic, path: None }))
+        LoadError(Box::new(Report { excerpt, diagnostic, path: None, cancelled: false }))
     }
 }
 
@@ -278,9 +286,18 @@ struct Report {
     diagnostic: Diagnostic<()>,
     /// The file, if it is one.
     path: Option<PathBuf>,
+    /// Whether nothing is wrong, but the reading was ended.
+    cancelled: bool,
 }
 
 impl LoadError {
+    /// Of a reading that was ended from outside.
+    pub(crate) fn cancelled() -> Self {
+        let diagnostic = Diagnostic::error().with_message(CANCELLED);
+        let excerpt = Excerpt::new("", "", &[]).0;
+        Self(Box::new(Report { excerpt, diagnostic, path: None, cancelled: true }))
+    }
+
     /// An error of the whole file, which has no line to show.
     pub(crate) fn of_file(name: &str, problem: impl fmt::Display, fix: &str) -> Self {
         let diagnostic = Diagnostic::error()
@@ -290,7 +307,8 @@ impl LoadError {
                 text::within(&problem.to_string(), LONGEST)
             ))
             .with_notes(vec![format!("fix: {fix}")]);
-        Self(Box::new(Report { excerpt: Excerpt::new(name, "", &[]).0, diagnostic, path: None }))
+        let excerpt = Excerpt::new(name, "", &[]).0;
+        Self(Box::new(Report { excerpt, diagnostic, path: None, cancelled: false }))
     }
 
     /// The same error, in a file.
@@ -321,6 +339,12 @@ impl LoadError {
     /// an array that it names is wrong; or the part. None where the text came from elsewhere.
     pub fn path(&self) -> Option<&Path> {
         self.0.path.as_deref()
+    }
+
+    /// Whether the reading was cancelled ([`load_controlled`](super::load_controlled)): then it is
+    /// not known whether anything is wrong.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.cancelled
     }
 
     /// The line of the scene file, from 1; none where the whole file is meant.

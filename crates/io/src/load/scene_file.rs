@@ -4,7 +4,10 @@
 use std::{
     ops::Range,
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
 };
 
 use glam::DVec3;
@@ -23,6 +26,7 @@ use crate::load::{
 use planisphere_core::{
     axes::parallel,
     camera::{Camera, CameraError, ImageSize, MAX_SIDE, Projection, ScreenSize},
+    drawing::Control,
     fov::height_from_fov,
     framing::Wanted,
     scene::{Block, Colors, Radii, Scene, SceneError, Sphere},
@@ -30,7 +34,8 @@ use planisphere_core::{
 };
 
 /// Reads the text of a scene file, and maps the arrays it names relative to `folder`.
-pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
+pub(super) fn read(text: &str, folder: &Path, control: &Control) -> Result<Loaded, Fault> {
+    Fault::if_cancelled(control)?;
     if let Some(at) = text.find('\0') {
         return Err(batches::stray(at..at + 1, 0));
     }
@@ -41,23 +46,24 @@ pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
     if !batches::large(text) {
         batches::check_keys(text)?;
         let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
-        return read_document(document.get_ref(), Vec::new(), folder);
+        return read_document(document.get_ref(), Vec::new(), folder, control);
     }
-    if let Some(batches) = batches::quick(text)
-        && let Some(spheres) = read_quickly(text, &batches)
+    if let Some(batches) = batches::quick(text, control)
+        && let Some(spheres) = read_quickly(text, &batches, control)
         && let Ok(document) = DeTable::parse(&batches.rest.text(text))
         && !document.get_ref().contains_key("sphere")
     {
-        return read_document(document.get_ref(), spheres, folder)
+        return read_document(document.get_ref(), spheres, folder, control)
             .map_err(|fault| fault.moved(|at| batches.rest.place(at)));
     }
-    let batches = batches::exact(text)?;
+    let batches = batches::exact(text, control)?;
     let rest = batches.rest.text(text);
     let moved = |fault: Fault| fault.moved(|at| batches.rest.place(at));
     let document = DeTable::parse(&rest).map_err(|error| moved(syntax(&error, &rest)))?;
     let root = Section::of_table("", document.get_ref(), 0..0, &KNOWN).map_err(moved)?;
-    let spheres =
-        batches.pieces.par_iter().map(|piece| read_piece(text, piece)).collect::<Vec<_>>();
+    let parsed = Parsed::new(&batches, control);
+    let read = |piece| parsed.read_piece(text, piece);
+    let spheres = batches.pieces.par_iter().map(read).collect::<Vec<_>>();
     if let (Some(value), false) = (root.get("sphere"), spheres.is_empty()) {
         return Err(moved(Fault::new(
             "not TOML: duplicate key, `sphere` is a table and a list of tables",
@@ -67,19 +73,56 @@ pub(super) fn read(text: &str, folder: &Path) -> Result<Loaded, Fault> {
         )));
     }
     // In the order of the file, whichever was read first.
-    let spheres = spheres.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
-    read_document(document.get_ref(), spheres, folder).map_err(moved)
+    let spheres = parsed.join(spheres.into_iter().collect::<Result<Vec<_>, _>>()?)?;
+    read_document(document.get_ref(), spheres, folder, control).map_err(moved)
 }
 
 /// The tables that a scene file has.
 const KNOWN: [&str; 4] = ["camera", "image", "sphere", "spheres"];
 
 /// The spheres of all pieces; or nothing when there is any fault in them, which may be that of the
-/// cut.
-fn read_quickly(text: &str, batches: &Batches) -> Option<Vec<Sphere>> {
+/// cut. Nothing, too, once it is cancelled.
+fn read_quickly(text: &str, batches: &Batches, control: &Control) -> Option<Vec<Sphere>> {
+    let parsed = Parsed::new(batches, control);
     let spheres: Option<Vec<Vec<Sphere>>> =
-        batches.pieces.par_iter().map(|piece| read_piece(text, piece).ok()).collect();
-    Some(spheres?.concat())
+        batches.pieces.par_iter().map(|piece| parsed.read_piece(text, piece).ok()).collect();
+    parsed.join(spheres?).ok()
+}
+
+/// How many pieces of a file are parsed.
+struct Parsed<'c> {
+    control: &'c Control,
+    /// Of all the pieces.
+    share: Control,
+    done: AtomicUsize,
+    pieces: usize,
+}
+
+impl<'c> Parsed<'c> {
+    /// None of them yet.
+    fn new(batches: &Batches, control: &'c Control) -> Self {
+        let share = control.part([0.2, 0.7]);
+        Self { control, share, done: AtomicUsize::new(0), pieces: batches.pieces.len() }
+    }
+
+    /// The spheres of one piece, unless it is cancelled.
+    fn read_piece(&self, text: &str, piece: &Piece) -> Result<Vec<Sphere>, Fault> {
+        Fault::if_cancelled(self.control)?;
+        let spheres = read_piece(text, piece)?;
+        let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
+        self.share.reach(done as f32 / self.pieces as f32);
+        Ok(spheres)
+    }
+
+    /// The spheres of all pieces in a row.
+    fn join(&self, pieces: Vec<Vec<Sphere>>) -> Result<Vec<Sphere>, Fault> {
+        let mut spheres = Vec::with_capacity(pieces.iter().map(Vec::len).sum());
+        for piece in pieces {
+            Fault::if_cancelled(self.control)?;
+            spheres.extend(piece);
+        }
+        Ok(spheres)
+    }
 }
 
 /// The spheres of one piece.
@@ -94,11 +137,18 @@ fn read_piece(text: &str, piece: &Piece) -> Result<Vec<Sphere>, Fault> {
 }
 
 /// Reads a parsed document, whose first spheres may have been read before.
-fn read_document(document: &DeTable, singles: Vec<Sphere>, folder: &Path) -> Result<Loaded, Fault> {
+fn read_document(
+    document: &DeTable,
+    singles: Vec<Sphere>,
+    folder: &Path,
+    control: &Control,
+) -> Result<Loaded, Fault> {
+    Fault::if_cancelled(control)?;
+    control.reach(0.7);
     let root = Section::of_table("", document, 0..0, &KNOWN)?;
     let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
     let camera = root.get("camera").map(read_camera).transpose()?;
-    let (scene, files) = read_spheres(&root, singles, folder)?;
+    let (scene, files) = read_spheres(&root, singles, Files::new(folder, control))?;
     finish(scene, camera, image, background, files)
 }
 
@@ -379,8 +429,10 @@ struct Source {
 }
 
 /// The files of the arrays that were read.
-#[derive(Default)]
-struct Files {
+struct Files<'c> {
+    /// What their names are relative to.
+    folder: &'c Path,
+    control: &'c Control,
     /// All of them.
     paths: Vec<PathBuf>,
     /// Those whose numbers are used where they lie.
@@ -391,7 +443,13 @@ struct Files {
     mapped: Vec<(Arc<Mapped>, Range<usize>)>,
 }
 
-impl Files {
+impl<'c> Files<'c> {
+    /// None yet.
+    fn new(folder: &'c Path, control: &'c Control) -> Self {
+        let (paths, watch, copied, mapped) = Default::default();
+        Self { folder, control, paths, watch, copied, mapped }
+    }
+
     /// Takes note of an array's file, and hands its numbers on.
     fn keep<T>(&mut self, array: Named, taken: Taken<T>) -> T {
         let in_place = taken.copied.is_none();
@@ -417,13 +475,13 @@ impl Files {
 }
 
 /// All `[[sphere]]` first, then each `[[spheres]]` in turn.
-fn read_spheres(
+fn read_spheres<'c>(
     root: &Section,
     mut singles: Vec<Sphere>,
-    folder: &Path,
-) -> Result<(Scene, Files), Fault> {
+    mut files: Files<'c>,
+) -> Result<(Scene, Files<'c>), Fault> {
     let (mut blocks, mut sources) = (Vec::new(), Vec::new());
-    let mut files = Files::default();
+    let control = files.control;
     for table in tables(root, "sphere")? {
         singles.push(read_sphere(table)?);
     }
@@ -431,12 +489,17 @@ fn read_spheres(
         blocks.push(Block::from_spheres(&singles));
         sources.push(None);
     }
-    for value in tables(root, "spheres")? {
-        let (block, source) = read_block(value, folder, &mut files)?;
+    let (tables, share) = (tables(root, "spheres")?, control.part([0.7, 0.9]));
+    for (number, value) in tables.iter().enumerate() {
+        let (block, source) = read_block(value, &mut files)?;
         blocks.push(block);
         sources.push(Some(source));
+        share.reach((number + 1) as f32 / tables.len() as f32);
     }
+    Fault::if_cancelled(control)?;
+    control.reach(0.9);
     let scene = Scene::new(blocks);
+    Fault::if_cancelled(control)?;
     if let Some(fault) = files.changed() {
         return Err(fault);
     }
@@ -491,13 +554,13 @@ fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
     ))
 }
 
-fn read_block(value: &Value, folder: &Path, files: &mut Files) -> Result<(Block, Source), Fault> {
+fn read_block(value: &Value, files: &mut Files) -> Result<(Block, Source), Fault> {
     let section =
         Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
     section.not_both("radii", "radius")?;
     section.not_both("colors", "color")?;
 
-    let Some(centers) = open(&section, "centers", folder, files)? else {
+    let Some(centers) = open(&section, "centers", files)? else {
         return Err(missing(
             &section,
             "centers",
@@ -506,8 +569,8 @@ fn read_block(value: &Value, folder: &Path, files: &mut Files) -> Result<(Block,
     };
     // The others are needed to understand centres of a wrong shape; what is wrong with them is told
     // after that.
-    let radii = open(&section, "radii", folder, files);
-    let colors = open(&section, "colors", folder, files);
+    let radii = open(&section, "radii", files);
+    let colors = open(&section, "colors", files);
     let says =
         |array: &Result<Option<Named>, Fault>, key| array.as_ref().ok()?.as_ref()?.array.count(key);
     let count = match (says(&radii, Key::Radii), says(&colors, Key::Colors)) {
@@ -565,16 +628,11 @@ fn array_fault(path: &Path, span: Range<usize>, refused: &Refused) -> Fault {
     Fault::new(format!("{}: {words}", path.display()), span, "this array", fix)
 }
 
-fn open(
-    section: &Section,
-    key: &str,
-    folder: &Path,
-    files: &mut Files,
-) -> Result<Option<Named>, Fault> {
+fn open(section: &Section, key: &str, files: &mut Files) -> Result<Option<Named>, Fault> {
     let Some(name) = section.read(key, string)? else { return Ok(None) };
-    let (path, span) = (folder.join(name), section.place(key));
+    let (path, span) = (files.folder.join(name), section.place(key));
     files.paths.push(path.clone());
-    match Array::open(path.clone()) {
+    match Array::open(path.clone(), files.control) {
         Ok(array) => Ok(Some(Named { path, span, array })),
         Err(refused) => Err(array_fault(&path, span, &refused)),
     }
