@@ -21,7 +21,7 @@
 //!   there ([`Renderer::draw_into`]), or band by band ([`Renderer::draw_bands`]). At most
 //!   [`Renderer::in_flight`] pictures are drawn at a time, first come first served.
 //! * **Errors** are of one type to match on, [`Error`], and name the fix.
-//! * **Flat.** Spheres are discs of their colours, without light; [`Hit::normal`] and the depths are
+//! * **Flat.** Spheres are discs of their colours, without light; [`Hit::normal`] and depths are
 //!   there to shade with.
 //! * Points and directions are anything that becomes `[f64; 3]`: the f64 vectors of any mathematics
 //!   crate. No type of another crate is part of this one but behind its feature.

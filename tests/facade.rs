@@ -751,6 +751,14 @@ fn a_scene_whose_files_change_has_no_picture() {
     let numbers = fs::read(file("cloud/centers.npy")).unwrap();
     fs::write(file("cloud/centers.npy"), numbers).unwrap();
     assert!(matches!(renderer.draw(&request), Err(Error::Changed { .. })));
+    let job = planisphere::start_read(file("cloud/scene.toml"));
+    let progress = job.progress();
+    assert_eq!((job.wait().unwrap().scene.len(), progress()), (300_000, 1.0));
+    // One that is dropped ends; one that was cancelled before it began is an error.
+    drop(planisphere::start_read(file("cloud/scene.toml")));
+    let job = planisphere::start_read(file("cloud/scene.toml"));
+    job.canceller()();
+    assert!(matches!(job.wait(), Err(Error::Cancelled) | Ok(_)));
     match planisphere::read(file("none.toml")) {
         Err(Error::File { path: Some(path), line: None, .. }) => {
             assert_eq!(path, file("none.toml"));

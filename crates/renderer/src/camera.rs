@@ -236,10 +236,12 @@ fn extent(scene: &scene::Scene, of: impl Fn(DVec3, f64) -> [DVec3; 2] + Sync) ->
     let none = || [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let both = |a: [DVec3; 2], b: [DVec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
     let of_block = |block: &scene::Block| {
+        let one = |k: usize| of(block.center(k), block.radius(k));
+        if block.len() <= PART {
+            return (0..block.len()).map(one).fold(none(), both);
+        }
         let parts = (0..block.len()).into_par_iter().with_min_len(PART);
-        parts
-            .fold(none, |all, k| both(all, of(block.center(k), block.radius(k))))
-            .reduce(none, both)
+        parts.fold(none, |all, k| both(all, one(k))).reduce(none, both)
     };
     scene.blocks().map(|(_, block)| of_block(block)).fold(none(), both)
 }

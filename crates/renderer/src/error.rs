@@ -186,8 +186,8 @@ impl fmt::Display for Error {
             Self::Region { region: Region { x, y, width, height }, size: [across, down] } => {
                 write!(
                     f,
-                    "the region {x},{y},{width},{height} (x,y,w,h) is empty or reaches outside of the \
-                 image of {across} x {down} pixels; give at least 1 x 1 pixel inside of it"
+                    "the region {x},{y},{width},{height} (x,y,w,h) is empty or reaches outside of \
+                 the image of {across} x {down} pixels; give at least 1 x 1 pixel inside of it"
                 )
             }
             Self::Cancelled => write!(f, "the drawing was cancelled"),

@@ -156,7 +156,7 @@ fn rendered(
 ) -> Result<(Staged, Report), Error> {
     let mut report = Report::default();
     let staged = of_request(request, sinks.first, control, |subject| {
-        write(sinks, subject, &mut report, told, |band, control, report, told| {
+        write(sinks, subject, &mut report, told, &mut |band, control, report, told| {
             told(Step::Drawing);
             let of_band = Request { region: band, ..request.clone() };
             let drawing = drawn(engine, &of_band, control)?;
@@ -178,6 +178,10 @@ fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
+/// Gives the ids of a band, which may be cancelled.
+type DrawBand<'a> =
+    dyn FnMut(Region, &Control, &mut Report, &mut dyn FnMut(Step)) -> Result<Vec<i32>, Error> + 'a;
+
 /// Draws band by band, from the top, and writes what is wanted. `draw` gives the spheres of the
 /// scene that are seen, -1 for none. Files get their names when they are committed.
 pub(crate) fn write(
@@ -185,7 +189,7 @@ pub(crate) fn write(
     subject: &Subject,
     report: &mut Report,
     told: &mut dyn FnMut(Step),
-    mut draw: impl FnMut(Region, &Control, &mut Report, &mut dyn FnMut(Step)) -> Result<Vec<i32>, Error>,
+    draw: &mut DrawBand,
 ) -> Result<Staged, Error> {
     let open = |target: &Option<Target>| target.clone().map(Target::open).transpose();
     let open = |target| open(target).map_err(Error::from);
@@ -521,7 +525,7 @@ impl<'a> Merging<'a> {
         let Self(merge) = self;
         let (mut report, mut ties) = (Report::default(), Ties::default());
         let staged = merged(merge, &Control::new(), |subject| {
-            write(sinks, subject, &mut report, told, |region, _, report, told| {
+            write(sinks, subject, &mut report, told, &mut |region, _, report, told| {
                 told(Step::Merging);
                 let begin = Instant::now();
                 let band = merge.band(region)?;

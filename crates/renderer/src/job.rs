@@ -53,8 +53,8 @@ impl<T> fmt::Debug for Job<T> {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// Begins it when it is its turn. Whoever waits is woken before what was asked for is dropped: a
-    /// scene that goes with it may be large.
+    /// Begins it when it is its turn. Whoever waits is woken before what was asked for is dropped:
+    /// a scene that goes with it may be large.
     pub(crate) fn begin<A: Send + 'static>(
         turns: &Arc<Turns>,
         asked: A,

@@ -102,8 +102,8 @@ impl Renderer {
         Self(Arc::new(Inner { source, idle, spare, pool, lanes, turns }))
     }
 
-    /// With a pool of its own, of so many threads (1 to 1024; 0 is 1), in place of the caller's; and
-    /// as many pictures in flight.
+    /// With a pool of its own, of so many threads (1 to 1024; 0 is 1), in place of the caller's;
+    /// and as many pictures in flight.
     ///
     /// # Errors
     /// When these are too many, or the system has no threads left.
@@ -258,8 +258,8 @@ impl Renderer {
 
     /// The same, and makes something of the picture in the same turn, such as the bytes of a file.
     /// Then no more than [`Renderer::in_flight`] pictures are ever there at once, and each has the
-    /// memory of an earlier one: what a server of many requests wants. The turn is held while `then`
-    /// works: it must not wait for other jobs of the same renderer.
+    /// memory of an earlier one: what a server of many requests wants. The turn is held while
+    /// `then` works: it must not wait for other jobs of the same renderer.
     pub fn start_with<T: Send + 'static>(
         &self,
         request: Request,

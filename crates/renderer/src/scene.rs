@@ -240,8 +240,8 @@ impl Scene {
     }
 
     /// Does now what the second picture would wait for: puts the spheres into an order that all
-    /// pictures share, of 40 bytes a sphere. Blocks until it is there; nothing is done twice. Scenes
-    /// of up to 16,384 spheres need none.
+    /// pictures share, of 40 bytes a sphere. Blocks until it is there; nothing is done twice.
+    /// Scenes of up to 16,384 spheres need none.
     pub fn prepare(&self) {
         let core = self.core();
         if core.len() >= planisphere_core::cpu::ORDERED {
