@@ -518,6 +518,11 @@ impl Kept {
         }
     }
 
+    /// Whether the order is made, or it is known that it cannot be.
+    pub fn is_made(&self) -> bool {
+        matches!(&*self.state.lock().unwrap_or_else(PoisonError::into_inner), State::Made(_))
+    }
+
     /// Takes over an order, unless there is one.
     pub fn adopt(&self, ordered: &Arc<Ordered>) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);

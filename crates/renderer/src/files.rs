@@ -130,7 +130,7 @@ impl Renderer {
         sinks: &Sinks,
         told: &mut (dyn FnMut(Step) + Send),
     ) -> Result<(Staged, Report), Error> {
-        self.with(&Control::new(), |engine, control| {
+        self.with(request, &Control::new(), |engine, control| {
             rendered(engine, request, sinks, told, control)
         })
     }
@@ -139,7 +139,7 @@ impl Renderer {
     pub fn start_render(&self, request: Request, sinks: Sinks) -> Job<(Staged, Report)> {
         let renderer = self.clone();
         Job::begin(self.turns(), request, move |request, control| {
-            renderer.in_turn(control, |engine, control| {
+            renderer.in_turn(request, control, |engine, control| {
                 rendered(engine, request, &sinks, &mut |_| {}, control)
             })
         })

@@ -46,7 +46,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::draw`].
     pub fn draw_part(&self, request: &Request, first: u64) -> Result<Part, Error> {
-        self.with(&Control::new(), |engine, control| {
+        self.with(request, &Control::new(), |engine, control| {
             let ids = drawn(engine, request, control)?.ids;
             of_request(request, first, control, |subject| {
                 let Region { y, width, .. } = request.region;

@@ -184,7 +184,9 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::draw`]; then the picture is empty.
     pub fn draw_into(&self, request: &Request, picture: &mut Picture) -> Result<(), Error> {
-        self.with(&Control::new(), |engine, control| fill(engine, request, picture, control))
+        self.with(request, &Control::new(), |engine, control| {
+            fill(engine, request, picture, control)
+        })
     }
 
     /// The same into memory of yours, such as a mapped buffer; an empty slice is a plane that is
@@ -207,7 +209,7 @@ impl Renderer {
                 return Err(Error::Length { what, found, wanted });
             }
         }
-        self.with(&Control::new(), |engine, control| {
+        self.with(request, &Control::new(), |engine, control| {
             let drawing = drawn(engine, request, control)?;
             finish(request, &drawing.ids, rgba, depth, control)?;
             if !ids.is_empty() {
@@ -229,7 +231,7 @@ impl Renderer {
         request: &Request,
         mut sink: impl FnMut(&Picture) -> ControlFlow<()> + Send,
     ) -> Result<(), Error> {
-        self.with(&Control::new(), |engine, control| {
+        self.with(request, &Control::new(), |engine, control| {
             let mut picture = Picture::default();
             let whole = request.region;
             for band in bands(whole, BAND) {
@@ -249,7 +251,7 @@ impl Renderer {
     pub fn start(&self, request: Request) -> Job {
         let renderer = self.clone();
         Job::begin(&self.0.turns, request, move |request, control| {
-            renderer.in_turn(control, |engine, control| {
+            renderer.in_turn(request, control, |engine, control| {
                 let mut picture = Picture::default();
                 fill(engine, request, &mut picture, control).map(|()| picture)
             })
@@ -267,7 +269,7 @@ impl Renderer {
     ) -> Job<T> {
         let renderer = self.clone();
         Job::begin(&self.0.turns, request, move |request, control| {
-            renderer.in_turn(control, |engine, control| {
+            renderer.in_turn(request, control, |engine, control| {
                 let spare = || renderer.0.spare.lock().unwrap_or_else(PoisonError::into_inner);
                 let mut picture = spare().pop().unwrap_or_default();
                 fill(engine, request, &mut picture, &control.part([0.0, MADE]))?;
@@ -308,6 +310,7 @@ impl Renderer {
     /// Waits for a turn, and does some work with an engine.
     pub(crate) fn with<T: Send>(
         &self,
+        request: &Request,
         control: &Control,
         work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
     ) -> Result<T, Error> {
@@ -316,19 +319,22 @@ impl Renderer {
             return self.on_pool(control, work);
         }
         let _turn: Turn = self.0.turns.wait();
-        self.in_turn(control, work)
+        self.in_turn(request, control, work)
     }
 
     /// Work whose turn it is: on all threads, or on one of a pool of its own where enough others
-    /// are wanted to keep the others busy.
+    /// are wanted to keep the others busy. What all wait for, such as the order of a scene, is made
+    /// by all threads.
     pub(crate) fn in_turn<T: Send>(
         &self,
+        request: &Request,
         control: &Control,
         work: impl FnOnce(&mut Engine, &Control) -> Result<T, Error> + Send,
     ) -> Result<T, Error> {
         let Inner { lanes, turns, .. } = &*self.0;
         let (_held, wanted) = (Held::begin(), turns.wanted());
-        if wanted < 2 || wanted < self.pool_threads() || turns.limit() < 2 {
+        let few = wanted < 2 || wanted < self.pool_threads() || turns.limit() < 2;
+        if few || !request.scene.is_ready() {
             return self.on_pool(control, work);
         }
         let idle = lanes.lock().unwrap_or_else(PoisonError::into_inner).pop();

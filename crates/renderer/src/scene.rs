@@ -287,6 +287,12 @@ impl Scene {
         &self.0.core
     }
 
+    /// Whether nothing is left to be derived that takes long.
+    pub(crate) fn is_ready(&self) -> bool {
+        let core = self.core();
+        core.len() < planisphere_core::cpu::ORDERED || core.kept::<Kept>().is_made()
+    }
+
     /// Whether numbers of it lie in files, which may change.
     pub(crate) fn is_watched(&self) -> bool {
         #[cfg(feature = "read")]

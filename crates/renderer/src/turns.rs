@@ -7,6 +7,7 @@
 //! wait for: see `planisphere_core::pool`.
 
 use std::{
+    cell::{Cell, RefCell},
     collections::VecDeque,
     sync::{Arc, Condvar, Mutex, PoisonError},
 };
@@ -129,7 +130,7 @@ impl Drop for Turn {
                 drop(queue);
                 match next {
                     Waiting::Thread(bell) => bell.ring(),
-                    Waiting::Task(_, task) => start(task, Turn(Arc::clone(&self.0))),
+                    Waiting::Task(_, task) => go_on(task, Turn(Arc::clone(&self.0))),
                 }
             }
             None => queue.running -= 1,
@@ -137,18 +138,37 @@ impl Drop for Turn {
     }
 }
 
+thread_local! {
+    /// Whether this thread runs tasks, one after the other.
+    static RUNS: Cell<bool> = const { Cell::new(false) };
+    /// What it runs next.
+    static NEXT: RefCell<Option<(Task, Turn)>> = const { RefCell::new(None) };
+}
+
+/// Runs a task whose turn was handed on: on this thread, if it runs tasks and is through with one.
+fn go_on(task: Task, turn: Turn) {
+    if RUNS.get() && NEXT.with_borrow(Option::is_none) {
+        NEXT.set(Some((task, turn)));
+    } else {
+        start(task, turn);
+    }
+}
+
 /// Runs a task on a thread of its own; where none can be had, on this one.
 fn start(task: Task, turn: Turn) {
     let both = Arc::new(Mutex::new(Some((task, turn))));
     let run = |both: &Mutex<Option<(Task, Turn)>>| {
-        let taken = both.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some((task, turn)) = taken {
+        RUNS.set(true);
+        let mut next = both.lock().unwrap_or_else(PoisonError::into_inner).take();
+        while let Some((task, turn)) = next {
             task(turn);
+            next = NEXT.take();
         }
+        RUNS.set(false);
     };
     let theirs = Arc::clone(&both);
-    let name = || std::thread::Builder::new().name("planisphere".into());
-    if name().spawn(move || run(&theirs)).is_err() {
+    let named = std::thread::Builder::new().name("planisphere".into());
+    if named.spawn(move || run(&theirs)).is_err() {
         run(&both);
     }
 }
