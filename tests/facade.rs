@@ -366,15 +366,16 @@ fn a_job_of_which_something_is_made_ends_at_one() {
 fn a_job_that_is_dropped_or_waits_is_cancelled() {
     let renderer = Renderer::cpu().in_flight(1);
     let scene = many(2_000_000, 0.05);
-    let long = seen_whole(&scene, [16_384, 16_384]);
+    let (long, short) = (seen_whole(&scene, [16_384, 16_384]), seen_whole(&scene, [10, 10]));
     let first = renderer.start(long.clone());
     let second = renderer.start(long.clone());
-    let third = renderer.start(seen_whole(&scene, [10, 10]));
+    let third = renderer.start(short);
     let begin = Instant::now();
     // One that waits for its turn ends at once.
     second.canceller()();
     assert!(matches!(second.wait(), Err(Error::Cancelled)));
     assert!(begin.elapsed() < Duration::from_secs(2), "{:?}", begin.elapsed());
+    assert!(!format!("{first:?}").contains("done"), "it did not wait for the first: {first:?}");
     drop(first);
     assert_eq!(third.wait().unwrap().size(), [10, 10]);
 }
