@@ -38,8 +38,8 @@ use crate::{
 ///   `install`. [`Renderer::threads`] asks for a pool of its own instead. A [`Job`] has a thread
 ///   while it runs. Where as many pictures are wanted at once as the pool has threads, each is
 ///   drawn on one thread, of up to as many pools of one thread; these go with the renderer.
-///   [`Scene::new`](crate::Scene::new) and the writers of a [`Picture`] know no renderer: they run
-///   on the pool that they are called from.
+///   [`Scene::new`](crate::Scene::new), [`Camera::fit`](crate::Camera::fit) and the writers of a
+///   [`Picture`] know no renderer: they run on the pool that they are called from.
 /// * **Memory.** At most [`Renderer::in_flight`] pictures are under way at a time, and what drawing
 ///   them takes is kept for the next ones.
 /// * **Nothing else.** It sets no variable, prints nothing, installs no handler and no panic hook.
@@ -171,6 +171,10 @@ impl Renderer {
 
     /// Draws, and blocks until it is there.
     ///
+    /// The second picture of a scene of 16,384 spheres or more puts these into an order first. That
+    /// takes as long as some pictures, once, and 40 bytes a sphere for as long as the scene is
+    /// there; [`Scene::prepare`](crate::Scene::prepare) does it sooner.
+    ///
     /// # Errors
     /// When the device fails, memory does not suffice, or a file of the scene was changed.
     pub fn draw(&self, request: &Request) -> Result<Picture, Error> {
@@ -288,7 +292,7 @@ impl Renderer {
 
     /// What is under a pixel of the whole picture, column and row from the top left, without a
     /// picture; none where nothing is. On the processor, whatever the device: the answer is the
-    /// same. It waits for no turn.
+    /// same. It waits for no turn, and counts as a picture of the scene: see [`Renderer::draw`].
     ///
     /// # Errors
     /// When the pixel is outside of the picture.
