@@ -32,5 +32,7 @@ pub mod npy;
 pub mod output;
 #[cfg(feature = "parts")]
 pub mod part;
+#[cfg(feature = "particles")]
+pub mod particles;
 #[cfg(feature = "png")]
 pub mod png;

@@ -310,6 +310,36 @@ impl Mapped {
         Bytes::from_owner(Shared(Arc::clone(self)))
     }
 
+    /// These bytes are read next, all of them: one call in place of a fault for every few pages.
+    #[cfg(feature = "particles")]
+    pub fn populate(&self, range: std::ops::Range<usize>) {
+        #[cfg(target_os = "linux")]
+        {
+            // Where the system cannot, pages come one by one.
+            let _ = self.map.advise_range(memmap2::Advice::PopulateRead, range.start, range.len());
+        }
+        #[cfg(not(target_os = "linux"))]
+        let _ = range;
+    }
+
+    /// These bytes have been read: the memory that they take may be given back. They can be read
+    /// again all the same.
+    #[cfg(feature = "particles")]
+    pub fn release(&self, range: std::ops::Range<usize>) {
+        #[cfg(unix)]
+        {
+            let advice = memmap2::UncheckedAdvice::DontNeed;
+            // SAFETY: the map is of a file, and only read: what is read again comes from the file.
+            // Where the guard has put zeros, it is zeros again.
+            let advised =
+                unsafe { self.map.unchecked_advise_range(advice, range.start, range.len()) };
+            // The memory then stays taken, and nothing else changes.
+            drop(advised);
+        }
+        #[cfg(not(unix))]
+        let _ = range;
+    }
+
     /// Whether the file may have changed since it was opened.
     pub fn changed(&self) -> Option<ChangedFile> {
         let changed = || ChangedFile { path: self.path.clone() };

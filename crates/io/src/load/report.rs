@@ -24,8 +24,8 @@ pub(crate) struct Fault(Box<Parts>);
 #[derive(Debug)]
 struct Parts {
     message: String,
-    /// Bytes of the file, and what is wrong with them in few words.
-    place: (Range<usize>, String),
+    /// Bytes of the file, and what is wrong with them in few words; none where the whole is meant.
+    place: Option<(Range<usize>, String)>,
     /// Another place that matters.
     other: Option<(Range<usize>, String)>,
     fix: String,
@@ -41,10 +41,22 @@ impl Fault {
     ) -> Self {
         Self(Box::new(Parts {
             message: message.into(),
-            place: (span, label.into()),
+            place: Some((span, label.into())),
             other: None,
             fix: fix.into(),
         }))
+    }
+
+    /// A fault of the whole file, with no place to show.
+    pub fn whole(message: impl Into<String>, fix: impl Into<String>) -> Self {
+        let (message, fix) = (message.into(), fix.into());
+        Self(Box::new(Parts { message, place: None, other: None, fix }))
+    }
+
+    /// Adds to what is wrong.
+    pub fn but(mut self, more: &str) -> Self {
+        self.0.message += more;
+        self
     }
 
     /// Ends what is read once it is cancelled; whoever loads then says so in place of this.
@@ -60,14 +72,42 @@ impl Fault {
 
     /// Moves its places, which were found in a part of a file, to where that part stands.
     pub fn moved(mut self, place: impl Fn(Range<usize>) -> Range<usize>) -> Self {
-        self.0.place.0 = place(self.0.place.0);
+        self.0.place = self.0.place.map(|(span, words)| (place(span), words));
         self.0.other = self.0.other.map(|(span, words)| (place(span), words));
         self
     }
 
     /// Joins the file's name and text, of which the lines around the places are kept.
     pub fn into_error(self, name: &str, text: &str) -> LoadError {
+        self.after(0, name, text)
+    }
+
+    /// The same of any bytes, also of those that are no text; of two places only the first is
+    /// shown.
+    pub fn into_error_in(mut self, name: &str, whole: &[u8]) -> LoadError {
+        /// Bytes of a line that are looked at, on either side of a place.
+        const NEAR: usize = 1 << 12;
+        self.0.other = None;
+        let Some((span, _)) = &mut self.0.place else { return self.into_error(name, "") };
+        let place = span.start.min(whole.len())..span.end.min(whole.len());
+        let start = memchr::memrchr(b'\n', &whole[..place.start]).map_or(0, |at| at + 1);
+        let lines_before = memchr::memchr_iter(b'\n', &whole[..start]).count();
+        let start = start.max(place.start.saturating_sub(NEAR));
+        let end = (place.start + NEAR).min(whole.len());
+        let end = memchr::memchr(b'\n', &whole[place.start..end])
+            .map_or(end, |length| place.start + length + 1);
+        let before = String::from_utf8_lossy(&whole[start..place.start]);
+        let inside = String::from_utf8_lossy(&whole[place.start..place.end.min(end)]);
+        let behind = String::from_utf8_lossy(&whole[place.end.min(end)..end]);
+        *span = before.len()..before.len() + inside.len();
+        let text = [before, inside, behind].concat();
+        self.after(lines_before, name, &text)
+    }
+
+    /// Joins the name and text of a file, which has some lines before the text.
+    fn after(self, lines_before: usize, name: &str, text: &str) -> LoadError {
         let Parts { message, place, other, fix } = *self.0;
+        let Some(place) = place else { return LoadError::of_file(name, message, &fix) };
         let clamp = |span: Range<usize>| {
             let start = text.floor_char_boundary(span.start.min(text.len()));
             start..text.ceil_char_boundary(span.end.min(text.len())).max(start)
@@ -75,7 +115,7 @@ impl Fault {
         let places: Vec<(Range<usize>, String)> =
             std::iter::once(place).chain(other).map(|(span, words)| (clamp(span), words)).collect();
         let spans: Vec<Range<usize>> = places.iter().map(|(span, _)| span.clone()).collect();
-        let (excerpt, spans) = Excerpt::new(name, text, &spans);
+        let (excerpt, spans) = Excerpt::new(name, text, lines_before, &spans);
         let styles = [LabelStyle::Primary, LabelStyle::Secondary];
         let labels = styles.into_iter().zip(spans).zip(places);
         let labels = labels.map(|((style, span), (_, words))| {
@@ -120,7 +160,12 @@ struct Line {
 impl Excerpt {
     /// Takes the lines of some places out of a text, and says where the places are in them. Of a
     /// place over several lines only the first line is taken.
-    fn new(name: &str, text: &str, places: &[Range<usize>]) -> (Self, Vec<Range<usize>>) {
+    fn new(
+        name: &str,
+        text: &str,
+        lines_before: usize,
+        places: &[Range<usize>],
+    ) -> (Self, Vec<Range<usize>>) {
         let mut excerpt = Self {
             name: text::within(name, LONGEST),
             lines: Vec::new(),
@@ -155,7 +200,8 @@ impl Excerpt {
                     places[k].start.min(end)..places[k].end.min(end).max(places[k].start.min(end))
                 })
                 .collect();
-            let number = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
+            let earlier = memchr::memchr_iter(b'\n', &text.as_bytes()[..start]).count();
+            let number = 1 + lines_before + earlier;
             for (k, found) in here.iter().zip(excerpt.line(number, text, start..end, &spans)) {
                 shown[*k] = found;
             }
@@ -294,7 +340,7 @@ impl LoadError {
     /// Of a reading that was ended from outside.
     pub(crate) fn cancelled() -> Self {
         let diagnostic = Diagnostic::error().with_message(CANCELLED);
-        let excerpt = Excerpt::new("", "", &[]).0;
+        let excerpt = Excerpt::new("", "", 0, &[]).0;
         Self(Box::new(Report { excerpt, diagnostic, path: None, cancelled: true }))
     }
 
@@ -307,7 +353,7 @@ impl LoadError {
                 text::within(&problem.to_string(), LONGEST)
             ))
             .with_notes(vec![format!("fix: {fix}")]);
-        let excerpt = Excerpt::new(name, "", &[]).0;
+        let excerpt = Excerpt::new(name, "", 0, &[]).0;
         Self(Box::new(Report { excerpt, diagnostic, path: None, cancelled: false }))
     }
 

@@ -1,0 +1,156 @@
+//! The bytes of an input, and the lines in them.
+
+use std::{ops::Range, sync::Arc};
+
+use bytes::Bytes;
+
+use crate::load::mapped::Mapped;
+
+/// The bytes of an input: mapped, or in memory.
+#[derive(Clone, Debug)]
+pub(crate) struct Data {
+    bytes: Bytes,
+    mapped: Option<Arc<Mapped>>,
+}
+
+impl From<Bytes> for Data {
+    fn from(bytes: Bytes) -> Self {
+        Self { bytes, mapped: None }
+    }
+}
+
+impl From<Arc<Mapped>> for Data {
+    fn from(mapped: Arc<Mapped>) -> Self {
+        Self { bytes: mapped.bytes(), mapped: Some(mapped) }
+    }
+}
+
+impl Data {
+    /// All of it.
+    pub fn as_slice(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// How many bytes there are.
+    pub fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// The same bytes, for numbers that are used where they lie.
+    pub fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    /// What is asked whether the file has changed.
+    pub fn mapped(&self) -> Option<&Arc<Mapped>> {
+        self.mapped.as_ref()
+    }
+
+    /// These bytes are read next, all of them.
+    pub fn begin(&self, range: Range<usize>) {
+        if let Some(mapped) = &self.mapped {
+            mapped.populate(range);
+        }
+    }
+
+    /// These bytes have been read, and the memory that holds them may be given back.
+    pub fn done(&self, range: Range<usize>) {
+        if let Some(mapped) = &self.mapped {
+            mapped.release(range);
+        }
+    }
+
+    /// The line that begins at a place; none at the end.
+    pub fn line(&self, start: usize) -> Option<Line<'_>> {
+        Line::at(&self.bytes, start)
+    }
+}
+
+/// A line of text, without its end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line<'a> {
+    /// What it says.
+    pub text: &'a [u8],
+    /// Where it begins in the input.
+    pub start: usize,
+    /// Where the next one begins.
+    pub next: usize,
+}
+
+impl<'a> Line<'a> {
+    /// The line that begins at a place of a whole input; none at its end.
+    pub fn at(whole: &'a [u8], start: usize) -> Option<Self> {
+        let rest = whole.get(start..).filter(|rest| !rest.is_empty())?;
+        let found = memchr::memchr(b'\n', rest);
+        let (end, next) = found.map_or((rest.len(), rest.len()), |end| (end, end + 1));
+        let text = rest[..end].strip_suffix(b"\r").unwrap_or(&rest[..end]);
+        Some(Self { text, start, next: start + next })
+    }
+
+    /// Where it lies in the input.
+    pub fn span(&self) -> Range<usize> {
+        self.start..self.start + self.text.len()
+    }
+
+    /// Whether it holds nothing but blanks.
+    pub fn is_blank(&self) -> bool {
+        self.text.trim_ascii().is_empty()
+    }
+
+    /// What it says, for messages and names: bytes that are no UTF-8 are replaced.
+    pub fn words(&self) -> String {
+        String::from_utf8_lossy(self.text).into_owned()
+    }
+
+    /// The cells between blanks, each with its place in the line.
+    pub fn cells(&self) -> impl Iterator<Item = Cell<'a>> + use<'a> {
+        let (text, line_start) = (self.text, self.start);
+        let mut at = 0;
+        std::iter::from_fn(move || {
+            at += blanks(&text[at..]);
+            let length = word(&text[at..]);
+            let cell = Cell { text: &text[at..at + length], start: line_start + at };
+            at += length;
+            (length > 0).then_some(cell)
+        })
+    }
+}
+
+/// How many bytes at the beginning are blanks.
+#[inline]
+pub(super) fn blanks(text: &[u8]) -> usize {
+    text.iter().take_while(|byte| is_blank(**byte)).count()
+}
+
+/// How many bytes at the beginning are not blanks.
+#[inline]
+pub(super) fn word(text: &[u8]) -> usize {
+    text.iter().take_while(|byte| !is_blank(**byte)).count()
+}
+
+/// Whether a byte parts two cells.
+#[inline]
+pub(super) fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\r' | 0x0b | 0x0c)
+}
+
+/// One cell of a line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cell<'a> {
+    /// What it says.
+    pub text: &'a [u8],
+    /// Where it begins in the input.
+    pub start: usize,
+}
+
+impl Cell<'_> {
+    /// Where it lies in the input.
+    pub fn span(&self) -> Range<usize> {
+        self.start..self.start + self.text.len()
+    }
+
+    /// What it says, for messages and names.
+    pub fn words(&self) -> String {
+        String::from_utf8_lossy(self.text).into_owned()
+    }
+}
