@@ -12,6 +12,8 @@ use rayon::prelude::*;
 
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
+pub mod maps;
+
 /// Colours of ids: a sphere's own, the background's for -1.
 #[derive(Clone, Copy)]
 pub struct Paint<'a> {
