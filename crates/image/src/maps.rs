@@ -40,6 +40,12 @@ impl Map {
         map("tab20", true, include_bytes!("maps/tab20.rgb")),
     ];
 
+    /// The map of numbers where none is asked for.
+    pub const VIRIDIS: Self = Self::ALL[0];
+
+    /// The map of categories where none is asked for.
+    pub const TAB10: Self = Self::ALL[8];
+
     /// The map of a name, which is in lower case; none of other names.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|map| map.name == name)

@@ -16,10 +16,13 @@ use planisphere_core::{
 mod data;
 #[cfg(feature = "lammps")]
 mod dump;
+mod elements;
 mod file;
 mod format;
 mod number;
 mod rows;
+mod spacing;
+pub mod spheres;
 
 pub use file::{File, Frame};
 pub use format::Format;
