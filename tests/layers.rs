@@ -25,12 +25,16 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
 
 /// Packages that few crates may depend on, and those crates. The root package, which is the command
 /// line, is the empty name.
-const FEW_MAY_KNOW: [(&str, &[&str]); 12] = [
+const FEW_MAY_KNOW: [(&str, &[&str]); 16] = [
+    ("bzip2", &["io"]),
     ("clap", &[""]),
+    ("flate2", &["io"]),
     ("libc", &["", "bench", "io", "window"]),
+    ("lzma-rust2", &["io"]),
     ("memmap2", &["io", "window"]),
     ("naga", &["shaders"]),
     ("pollster", &["gpu", "renderer"]),
+    ("ruzstd", &["io"]),
     ("softbuffer", &["window"]),
     ("tempfile", &["bench", "io"]),
     ("toml", &["io", "testkit"]),

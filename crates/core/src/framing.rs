@@ -51,6 +51,9 @@ pub struct Wanted {
     pub near: f64,
     /// Farthest distance that is seen; infinity for none.
     pub far: f64,
+    /// How many times larger things are than on a screen of the size that is given or chosen:
+    /// positive.
+    pub zoom: f64,
 }
 
 impl Default for Wanted {
@@ -64,6 +67,18 @@ impl Default for Wanted {
             size: None,
             near: 0.0,
             far: f64::INFINITY,
+            zoom: 1.0,
+        }
+    }
+}
+
+/// A size divided by a number.
+fn divided(size: ScreenSize, by: f64) -> ScreenSize {
+    match size {
+        ScreenSize::Width(width) => ScreenSize::Width(width / by),
+        ScreenSize::Height(height) => ScreenSize::Height(height / by),
+        ScreenSize::Both { width, height } => {
+            ScreenSize::Both { width: width / by, height: height / by }
         }
     }
 }
@@ -130,6 +145,18 @@ fn fitted(camera: &Camera, image: ImageSize, (center, reach): (DVec3, f64)) -> S
 }
 
 impl Wanted {
+    /// Makes rays come from one point, or be parallel. The size of a screen of the other kind means
+    /// something else: it is chosen anew.
+    pub fn set_perspective(&mut self, perspective: bool) {
+        let projection = match perspective {
+            true => Projection::Perspective,
+            false => Projection::Orthographic,
+        };
+        if self.projection != projection {
+            (self.projection, self.size) = (projection, None);
+        }
+    }
+
     /// The camera, if it does not depend on the scene: all that would be chosen to suit it is
     /// given.
     pub fn fixed(&self) -> Option<Camera> {
@@ -147,7 +174,7 @@ impl Wanted {
             origin,
             view,
             up,
-            size,
+            size: divided(size, self.zoom),
             near: self.near,
             far: self.far,
         })
@@ -190,6 +217,7 @@ impl Wanted {
         if self.size.is_none() && projection == Projection::Orthographic {
             camera.size = fitted(&camera, image, (center, reach));
         }
+        camera.size = divided(camera.size, self.zoom);
         camera
     }
 

@@ -9,6 +9,9 @@
 //! | `png` | `png` | ids or colours become a PNG |
 //! | `parts` | `part` | parts of pictures as bytes; with `read`, from files |
 //! | `read` | `load`, `identity` | reads scene files and their arrays |
+//! | `particles` | `particles` | what files of particles share; each format is a feature more |
+//! | `formats` | | all of these, and `compressed`: gzip, zstd, xz and bzip2 are unpacked |
+//! | `convert` | `particles::write` | spheres and columns become files of other programs |
 //! | `files` | `output`, `litter`, `identity` | writes files, and leaves nothing else behind |
 //! | `make` | `make` | makes large scenes |
 
@@ -18,8 +21,16 @@
 /// Names and lines, with what is unseen in them shown.
 pub use planisphere_core::text;
 
+#[cfg(feature = "read")]
+mod colors;
 #[cfg(any(feature = "files", feature = "read"))]
 pub mod identity;
+#[cfg(feature = "read")]
+#[cfg_attr(
+    not(feature = "formats"),
+    allow(dead_code, reason = "each format uses a part of what they share")
+)]
+mod input;
 #[cfg(feature = "files")]
 pub mod litter;
 #[cfg(feature = "read")]
@@ -33,6 +44,10 @@ pub mod output;
 #[cfg(feature = "parts")]
 pub mod part;
 #[cfg(feature = "particles")]
+#[cfg_attr(
+    not(feature = "formats"),
+    allow(dead_code, reason = "each format uses a part of what they share")
+)]
 pub mod particles;
 #[cfg(feature = "png")]
 pub mod png;

@@ -1,4 +1,4 @@
-//! Scene files.
+//! Scene files, and files of particles.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use planisphere_io::load::{self, Loaded};
 
 use crate::{Camera, Error, Job, Scene, turns::Turns};
 
-/// What a scene file says.
+/// What a scene file, or a file of particles, says.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Document {
@@ -20,6 +20,9 @@ pub struct Document {
     pub background: [u8; 3],
     /// What a person should hear who asked for something unusual, each one line.
     pub notes: Vec<String>,
+    /// What was understood of each file of particles, in one line: its format, the frame, and where
+    /// centres, radii and colours come from.
+    pub understood: Vec<String>,
     loaded: Loaded,
 }
 
@@ -37,7 +40,9 @@ impl Document {
     }
 }
 
-/// Reads a scene file. Arrays are found relative to its folder.
+/// Reads a scene file; with the feature `formats` also a file of particles (XYZ, LAMMPS, PDB,
+/// mmCIF, GRO, PLY, CSV, NumPy, GSD, XTC, DCD), of which the first frame is drawn. Arrays are found
+/// relative to the file's folder.
 ///
 /// # Errors
 /// The first thing in the file, or in its arrays, that has no picture: [`Error::File`].
@@ -57,12 +62,13 @@ fn read_controlled(path: &Path, control: &Control) -> Result<Document, Error> {
         error if error.is_cancelled() => Error::Cancelled,
         error => error.into(),
     })?;
-    let Loaded { image, background, notes, .. } = &loaded;
+    let Loaded { image, background, notes, understood, .. } = &loaded;
     Ok(Document {
         scene: Scene::from(&loaded),
         size: [image.width, image.height],
         background: *background,
         notes: notes.clone(),
+        understood: understood.clone(),
         loaded,
     })
 }

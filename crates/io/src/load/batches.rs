@@ -14,7 +14,7 @@ use toml_parser::{
     lexer::{Token, TokenKind},
 };
 
-use crate::load::report::Fault;
+use crate::input::report::Fault;
 use planisphere_core::drawing::Control;
 
 /// Bytes of a piece, about.

@@ -9,7 +9,7 @@ use toml::{
     de::{DeString, DeTable, DeValue},
 };
 
-use crate::load::{colors, report::Fault};
+use crate::{colors, input::report::Fault};
 use planisphere_core::text;
 
 /// A value with its place.

@@ -12,30 +12,31 @@ use std::{
     sync::Arc,
 };
 
-pub use array::Copied;
-pub use mapped::ChangedFile;
-pub use report::LoadError;
-
-use planisphere_core::{
-    camera::{Camera, ImageSize},
-    drawing::Control,
-    framing::Wanted,
-    scene::Scene,
-    text,
+pub use crate::{
+    colors::DEFAULT_COLOR,
+    input::{mapped::ChangedFile, report::LoadError},
+    npy::array::Copied,
 };
 
-mod array;
-mod batches;
-mod colors;
-mod document;
-mod input;
-pub(crate) mod mapped;
-mod refused;
-pub(crate) mod report;
-mod scene_file;
+pub use planisphere_core::{drawing::Control, framing::Wanted};
 
-/// The colour of a sphere that has none in its file, sRGB.
-pub const DEFAULT_COLOR: [u8; 3] = [176, 176, 176];
+#[cfg(feature = "particles")]
+use crate::particles::{
+    File, Options, Understood,
+    understood::{Begun, begin, changed, scene_words, understand},
+};
+use crate::{
+    colors,
+    input::{mapped, named::Named, stream},
+};
+use planisphere_core::{
+    camera::{Camera, ImageSize},
+    scene::Scene,
+};
+
+mod batches;
+mod document;
+mod scene_file;
 
 /// The size of an image that has none in its file, in pixels.
 pub const DEFAULT_IMAGE: ImageSize = ImageSize { width: 800, height: 800 };
@@ -61,6 +62,8 @@ pub struct Loaded {
     pub copied: Vec<Copied>,
     /// What a person should hear who asked for something unusual, each one line.
     pub notes: Vec<String>,
+    /// What was understood of each file of particles, in one line.
+    pub understood: Vec<String>,
 }
 
 /// Files that are in use where they lie, and may be changed by others meanwhile.
@@ -107,6 +110,7 @@ impl fmt::Debug for Loaded {
             .field("watch", &self.watch)
             .field("copied", &self.copied)
             .field("notes", &self.notes)
+            .field("understood", &self.understood)
             .finish()
     }
 }
@@ -117,11 +121,25 @@ impl Loaded {
     pub fn camera(&self, image: ImageSize) -> Camera {
         self.wanted.unwrap_or_default().camera(&self.scene.bounds(), image)
     }
+
+    /// Takes another camera in place of the file's.
+    pub fn set_camera(&mut self, wanted: Option<Wanted>) {
+        self.fixed_camera = wanted.and_then(|wanted| wanted.fixed());
+        self.wanted = wanted;
+    }
 }
 
-/// Loads a scene file; `-` is standard input. Arrays are found relative to the file's folder (of
-/// `-`, the current folder). Large ones stay mapped: whoever draws asks [`Watch::changed`] before
-/// the picture is used.
+/// Reads an sRGB colour: `#rrggbb`, `#rgb`, or a name of CSS.
+///
+/// # Errors
+/// What is wrong with it and how colours are written, in one line.
+pub fn color(text: &str) -> Result<[u8; 3], String> {
+    colors::parse(text).map_err(|wrong| colors::words(&wrong))
+}
+
+/// Loads a scene file, or a file of particles; `-` is standard input. Arrays are found relative to
+/// the file's folder (of `-`, the current folder). Large ones stay mapped: whoever draws asks
+/// [`Watch::changed`] before the picture is used.
 ///
 /// # Errors
 /// The first thing in the file, or in its arrays, that has no picture.
@@ -134,40 +152,130 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 ///
 /// # Errors
 /// As [`load`]; and one that [is cancelled](LoadError::is_cancelled).
+#[cfg(not(feature = "particles"))]
 pub fn load_controlled(path: &Path, control: &Control) -> Result<Loaded, LoadError> {
-    let from_stdin = path == Path::new("-");
-    let loaded = read(path, from_stdin, control).map_err(|error| {
-        // What was looked at in part may have any fault.
-        if control.is_cancelled() { LoadError::cancelled() } else { error }
-    });
-    if from_stdin { loaded } else { loaded.map_err(|error| error.in_file(path)) }
+    Named::of(path).finish(control, |named| {
+        let bytes = stream::read(path, control).map_err(|refused| named.refused(&refused))?;
+        control.reach(0.2);
+        scene_of(named, bytes, control)
+    })
 }
 
-fn read(path: &Path, from_stdin: bool, control: &Control) -> Result<Loaded, LoadError> {
-    let name = if from_stdin { "<stdin>".into() } else { text::name(path) };
-    let bytes = input::read(path, control)
-        .map_err(|refused| LoadError::of_file(&name, refused.words, &refused.fix))?;
-    control.reach(0.2);
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let byte = error.as_bytes().get(at).copied().unwrap_or_default();
-        let message = format!(
-            "the scene file is not UTF-8 text: it has the byte 0x{byte:02x} where a \
-                     character begins"
-        );
-        let fault = report::Fault::new(
-            message,
-            at..at,
-            "not UTF-8",
-            "save it as UTF-8, not as Latin-1 or \
-                another encoding",
-        );
-        fault.into_error(&name, &String::from_utf8_lossy(error.as_bytes()))
+/// The same, which another thread can cancel, and which tells how far it is. A reading that is
+/// cancelled ends soon, also while nothing comes from a pipe or, on Unix, from standard input.
+///
+/// # Errors
+/// As [`load`]; and one that [is cancelled](LoadError::is_cancelled).
+#[cfg(feature = "particles")]
+pub fn load_controlled(path: &Path, control: &Control) -> Result<Loaded, LoadError> {
+    load_with(path, &Options::default(), control)
+}
+
+/// The same, of which is given how a file of particles is read and drawn. What that says is left
+/// aside of a scene file.
+///
+/// # Errors
+/// As [`load_controlled`].
+#[cfg(feature = "particles")]
+pub fn load_with(path: &Path, options: &Options, control: &Control) -> Result<Loaded, LoadError> {
+    match open(path, options, control)? {
+        Opened::Scene(loaded) => Ok(*loaded),
+        Opened::Particles(file) => of_frame(&file, options, control),
+    }
+}
+
+/// What an input is.
+#[cfg(feature = "particles")]
+#[derive(Debug)]
+pub enum Opened {
+    /// A file of particles.
+    Particles(Box<File>),
+    /// A scene file, read.
+    Scene(Box<Loaded>),
+}
+
+/// Opens an input, and tells what it is by its content; by its name where that says nothing.
+///
+/// # Errors
+/// When it cannot be read; when it is no file of its format; when it is cancelled.
+#[cfg(feature = "particles")]
+pub fn open(path: &Path, options: &Options, control: &Control) -> Result<Opened, LoadError> {
+    Named::of(path).finish(control, |named| match begin(named, options, control)? {
+        Begun::Particles(file) => Ok(Opened::Particles(file)),
+        Begun::Text(beginning) => {
+            let bytes = beginning.into_text().map_err(|refused| named.refused(&refused))?;
+            control.reach(0.2);
+            scene_of(named, bytes, control).map(|loaded| Opened::Scene(Box::new(loaded)))
+        }
+    })
+}
+
+/// A file of particles as a scene.
+///
+/// # Errors
+/// As [`understand`]; when a sphere has no picture; when the file has changed meanwhile.
+#[cfg(feature = "particles")]
+pub fn of_frame(file: &File, options: &Options, control: &Control) -> Result<Loaded, LoadError> {
+    let understood = understand(file, options.frame, &options.appearance, control)?;
+    let line = understood.line.clone();
+    let (scene, watch) = scene_of_frame(file, understood)?;
+    control.reach(1.0);
+    Ok(Loaded {
+        scene,
+        fixed_camera: None,
+        wanted: None,
+        image: DEFAULT_IMAGE,
+        background: [0; 3],
+        files: options.topology.iter().cloned().collect(),
+        watch,
+        copied: Vec::new(),
+        notes: Vec::new(),
+        understood: vec![line],
+    })
+}
+
+/// The scene of a frame; its numbers may lie in the file.
+///
+/// # Errors
+/// When a sphere has no picture; when the file has changed meanwhile.
+#[cfg(feature = "particles")]
+fn scene_of_frame(file: &File, understood: Understood) -> Result<(Scene, Watch), LoadError> {
+    let Understood { spheres, particles, .. } = understood;
+    let in_place = file.is_in_place(&spheres.block);
+    // Columns that are not drawn take no memory any more.
+    drop(particles);
+    let scene = Scene::new(vec![spheres.block]);
+    file.unchanged().map_err(|_| changed(file.name()))?;
+    let scene = scene.map_err(|error| {
+        let (words, fix) = scene_words(&error);
+        LoadError::of_file(file.name(), words, fix)
     })?;
+    let watch = file.data().mapped().filter(|_| in_place).into_iter().cloned().collect();
+    Ok((scene, Watch(watch)))
+}
+
+/// Reads the `[camera]` of a scene file.
+///
+/// # Errors
+/// When there is none; what is wrong with it.
+pub fn camera(path: &Path) -> Result<Wanted, LoadError> {
+    let control = Control::new();
+    Named::of(path).finish(&control, |named| {
+        let bytes = stream::read(path, &control).map_err(|refused| named.refused(&refused))?;
+        let text = named.text(bytes)?;
+        let text = text.trim_start_matches('\u{feff}');
+        scene_file::camera(text).map_err(|fault| fault.into_error(&named.name, text))
+    })
+}
+
+/// Bytes as a scene file.
+fn scene_of(named: &Named<'_>, bytes: Vec<u8>, control: &Control) -> Result<Loaded, LoadError> {
+    let text = named.text(bytes)?;
     let text = text.trim_start_matches('\u{feff}');
-    if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
+    let comment = |line: &str| line.is_empty() || line.starts_with('#');
+    if text.lines().all(|line| comment(line.trim_start())) {
         let (problem, fix) = match text.trim().is_empty() {
-            true if from_stdin => {
+            true if named.from_stdin => {
                 ("nothing came in", "see why what was to write the scene has written nothing")
             }
             true => (
@@ -179,10 +287,13 @@ fn read(path: &Path, from_stdin: bool, control: &Control) -> Result<Loaded, Load
                 "write a scene into it: [[sphere]] tables, and [camera] if need be",
             ),
         };
-        return Err(LoadError::of_file(&name, problem, fix));
+        return Err(LoadError::of_file(&named.name, problem, fix));
     }
-    let folder = if from_stdin { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
-    text_controlled(&name, text, folder, control)
+    let folder = match named.from_stdin {
+        true => Path::new(""),
+        false => named.path.parent().unwrap_or(Path::new("")),
+    };
+    text_controlled(&named.name, text, folder, control)
 }
 
 /// Loads a scene from the text of a scene file. `name` is for messages; arrays are found relative

@@ -14,14 +14,19 @@ use glam::DVec3;
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
-use crate::load::{
-    ChangedFile, DEFAULT_COLOR, DEFAULT_IMAGE, Loaded, Watch,
-    array::{Array, Copied, Key, Taken},
-    batches::{self, Batches, Piece},
-    document::{Section, Value, color, integer, number, string, vector},
-    mapped::Mapped,
-    refused::Refused,
-    report::Fault,
+use crate::{
+    colors::DEFAULT_COLOR,
+    input::{
+        mapped::{ChangedFile, Mapped},
+        refused::Refused,
+        report::Fault,
+    },
+    load::{
+        DEFAULT_IMAGE, Loaded, Watch,
+        batches::{self, Batches, Piece},
+        document::{Section, Value, color, integer, number, string, vector},
+    },
+    npy::array::{Array, Copied, Key, Taken},
 };
 use planisphere_core::{
     axes::parallel,
@@ -221,6 +226,7 @@ fn read_camera<'t, 'i>(value: &'t Value<'i>) -> Result<ReadCamera<'t, 'i>, Fault
         size,
         near: section.read("near", number)?.unwrap_or(0.0),
         far: section.read("far", number)?.unwrap_or(f64::INFINITY),
+        zoom: 1.0,
     };
     // What is given must be right whatever is in the scene: other numbers stand for what is left
     // out.
@@ -275,7 +281,7 @@ fn finish(
     }
     let notes = camera.map_or(Vec::new(), |camera| camera.notes);
     let fixed_camera = wanted.and_then(|wanted| wanted.fixed());
-    let Files { paths, watch, copied, .. } = files;
+    let Files { paths, watch, copied, understood, .. } = files;
     Ok(Loaded {
         scene,
         fixed_camera,
@@ -286,7 +292,20 @@ fn finish(
         watch,
         copied,
         notes,
+        understood,
     })
+}
+
+/// The camera of a scene file, whatever else is in it.
+pub(super) fn camera(text: &str) -> Result<Wanted, Fault> {
+    let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
+    match document.get_ref().get("camera") {
+        Some(value) => Ok(read_camera(value)?.wanted),
+        None => Err(Fault::whole(
+            "there is no [camera] in this file",
+            "name a scene file that has one (in `planisphere view`, S prints the camera)",
+        )),
+    }
 }
 
 fn projection(_: &str, value: &Value) -> Result<Projection, Fault> {
@@ -423,6 +442,9 @@ fn camera_fault(section: &Section, error: &CameraError) -> Fault {
 /// Where the numbers of a block come from, for faults that are found when the scene is put
 /// together.
 struct Source {
+    /// Whether they are of a file of particles.
+    #[cfg_attr(not(feature = "particles"), allow(dead_code, reason = "they never are"))]
+    particles: bool,
     span: Range<usize>,
     centers: (PathBuf, Range<usize>),
     radii: Option<(PathBuf, Range<usize>)>,
@@ -439,6 +461,8 @@ struct Files<'c> {
     watch: Watch,
     /// The others.
     copied: Vec<Copied>,
+    /// What was understood of the files of particles among them.
+    understood: Vec<String>,
     /// All that were mapped, each with its place in the scene file.
     mapped: Vec<(Arc<Mapped>, Range<usize>)>,
 }
@@ -447,7 +471,7 @@ impl<'c> Files<'c> {
     /// None yet.
     fn new(folder: &'c Path, control: &'c Control) -> Self {
         let (paths, watch, copied, mapped) = Default::default();
-        Self { folder, control, paths, watch, copied, mapped }
+        Self { folder, control, paths, watch, copied, understood: Vec::new(), mapped }
     }
 
     /// Takes note of an array's file, and hands its numbers on.
@@ -554,11 +578,42 @@ fn positive(key: &str, value: &Value) -> Result<f64, Fault> {
     ))
 }
 
+/// The keys of `[[spheres]]`.
+const OF_SPHERES: [&str; 13] = [
+    "centers",
+    "radii",
+    "radius",
+    "colors",
+    "color",
+    "file",
+    "format",
+    "frame",
+    "topology",
+    "radius_scale",
+    "color_by",
+    "map",
+    "range",
+];
+
+/// Those of them that are for a `file` of particles alone.
+const OF_FILES: [&str; 7] =
+    ["format", "frame", "topology", "radius_scale", "color_by", "map", "range"];
+
 fn read_block(value: &Value, files: &mut Files) -> Result<(Block, Source), Fault> {
-    let section =
-        Section::new("[[spheres]]", value, &["centers", "radii", "radius", "colors", "color"])?;
+    let section = Section::new("[[spheres]]", value, &OF_SPHERES)?;
     section.not_both("radii", "radius")?;
     section.not_both("colors", "color")?;
+    if section.get("file").is_some() {
+        return particles::read_block(&section, files);
+    }
+    if let Some(key) = OF_FILES.iter().find(|key| section.get(key).is_some()) {
+        return Err(Fault::new(
+            format!("`{key}` says how a file of particles is drawn, but there is no `file`"),
+            section.place(key),
+            "of which file?",
+            "add file = \"run.dump\", or remove the line",
+        ));
+    }
 
     let Some(centers) = open(&section, "centers", files)? else {
         return Err(missing(
@@ -578,7 +633,8 @@ fn read_block(value: &Value, files: &mut Files) -> Result<(Block, Source), Fault
         (a, b) => a.or(b),
     };
     let (taken, count) = centers.array.centers(count).map_err(|refused| centers.fault(&refused))?;
-    let mut source = Source { span: section.span.clone(), centers: centers.place(), radii: None };
+    let (span, place) = (section.span.clone(), centers.place());
+    let mut source = Source { particles: false, span, centers: place, radii: None };
     let mut block = Block {
         centers: files.keep(centers, taken),
         radii: Radii::Same(0.0),
@@ -604,6 +660,170 @@ fn read_block(value: &Value, files: &mut Files) -> Result<(Block, Source), Fault
         block.colors = Colors::Each(files.keep(colors, taken));
     }
     Ok((block, source))
+}
+
+/// Blocks of spheres from files of particles.
+#[cfg(feature = "particles")]
+mod particles {
+    use super::*;
+    use crate::{
+        input::{named::Named as Input, report::LoadError},
+        particles::{
+            Format, Frame, Map, Options,
+            spheres::{Appearance, ColorFrom, RadiusFrom},
+            understood::{Begun, begin, understand},
+        },
+    };
+
+    /// Reads the block of a file.
+    pub fn read_block(
+        section: &Section,
+        files: &mut super::Files,
+    ) -> Result<(Block, Source), Fault> {
+        for key in ["centers", "radii", "colors"] {
+            section.not_both(key, "file")?;
+        }
+        let options = read_options(section, files)?;
+        let name = section.read("file", string)?.unwrap_or_default();
+        let (path, span) = (files.folder.join(name), section.place("file"));
+        let failed = |error: &LoadError| {
+            let place = match (error.line(), error.column()) {
+                (Some(line), Some(column)) => format!("{}:{line}:{column}: ", text::name(&path)),
+                _ => String::new(),
+            };
+            let (message, fix) = (format!("{place}{}", error.message()), error.fix());
+            Fault::new(message, span.clone(), "this file", fix)
+        };
+        files.paths.push(path.clone());
+        files.paths.extend(options.topology.clone());
+        let begun = begin(&Input::of(&path), &options, files.control);
+        let Begun::Particles(file) = begun.map_err(|error| failed(&error))? else {
+            return Err(Fault::new(
+                format!("{} is no file of particles", text::name(&path)),
+                span,
+                "no format is known by its content or its name",
+                "name another file, or add format = \"xyz\"; arrays are `centers`, not `file`",
+            ));
+        };
+        let found = understand(&file, options.frame, &options.appearance, files.control);
+        let found = found.map_err(|error| failed(&error))?;
+        files.understood.push(found.line.clone());
+        let block = found.spheres.block;
+        if let Some(mapped) = file.data().mapped() {
+            if file.is_in_place(&block) {
+                files.watch.0.push(Arc::clone(mapped));
+            }
+            files.mapped.push((Arc::clone(mapped), span.clone()));
+        }
+        let source = Source {
+            particles: true,
+            span: section.span.clone(),
+            centers: (path, span),
+            radii: None,
+        };
+        Ok((block, source))
+    }
+
+    /// The keys beside `file`.
+    fn read_options(section: &Section, files: &super::Files) -> Result<Options, Fault> {
+        section.not_both("color", "color_by")?;
+        let color = match (section.read("color", color)?, section.read("color_by", string)?) {
+            (Some(color), _) => ColorFrom::Same(color),
+            (None, Some(column)) => ColorFrom::Column(column),
+            (None, None) => ColorFrom::Chosen,
+        };
+        let appearance = Appearance {
+            radius: section.read("radius", radius)?.unwrap_or(RadiusFrom::Chosen),
+            radius_scale: section.read("radius_scale", positive)?.unwrap_or(1.0),
+            color,
+            map: section.read("map", map)?,
+            range: section.read("range", range)?.flatten(),
+        };
+        let topology = section.read("topology", string)?.map(|name| files.folder.join(name));
+        Ok(Options {
+            format: section.read("format", format)?,
+            frame: section.read("frame", frame)?.unwrap_or_default(),
+            topology,
+            appearance,
+        })
+    }
+
+    /// A value that is one of some names.
+    fn named<T>(
+        key: &str,
+        value: &Value,
+        find: impl Fn(&str) -> Option<T>,
+        names: &[&str],
+    ) -> Result<T, Fault> {
+        let found = string(key, value)?;
+        find(&found).ok_or_else(|| {
+            let message = format!("unknown {key} \"{}\"", text::value(&found));
+            Fault::new(message, value.span(), "unknown", format!("write {}", names.join(", ")))
+        })
+    }
+
+    fn format(key: &str, value: &Value) -> Result<Format, Fault> {
+        named(key, value, Format::named, &Format::all().map(Format::name).collect::<Vec<_>>())
+    }
+
+    fn map(key: &str, value: &Value) -> Result<Map, Fault> {
+        named(key, value, Map::named, &Map::ALL.map(Map::name))
+    }
+
+    fn frame(key: &str, value: &Value) -> Result<Frame, Fault> {
+        if let DeValue::String(_) = value.get_ref() {
+            let last = |found: &str| (found == "last").then_some(Frame::FromLast(0));
+            return named(key, value, last, &["a number, or \"last\""]);
+        }
+        let number = integer(key, value)?;
+        let places = usize::try_from(number.unsigned_abs()).unwrap_or(usize::MAX);
+        Ok(if number < 0 { Frame::FromLast(places - 1) } else { Frame::FromFirst(places) })
+    }
+
+    fn radius(key: &str, value: &Value) -> Result<RadiusFrom, Fault> {
+        let DeValue::String(_) = value.get_ref() else {
+            return positive(key, value).map(RadiusFrom::Same);
+        };
+        Ok(match string(key, value)?.as_str() {
+            "vdw" => RadiusFrom::VanDerWaals,
+            "covalent" => RadiusFrom::Covalent,
+            column => RadiusFrom::Column(column.into()),
+        })
+    }
+
+    /// The ends of a map; none for those of the frame.
+    fn range(key: &str, value: &Value) -> Result<Option<[f64; 2]>, Fault> {
+        let wrong = || {
+            let fix = "write range = [-1.0, 1.0], the less one first, or range = \"auto\"";
+            Fault::new("`range` is not two numbers", value.span(), "not a range", fix)
+        };
+        match value.get_ref() {
+            DeValue::String(text) if text.as_ref() == "auto" => Ok(None),
+            DeValue::Array(items) => match &**items {
+                [low, high] => match [number(key, low)?, number(key, high)?] {
+                    range if range[0] <= range[1] => Ok(Some(range)),
+                    _ => Err(wrong()),
+                },
+                _ => Err(wrong()),
+            },
+            _ => Err(wrong()),
+        }
+    }
+}
+
+/// Files of particles are not read without the feature.
+#[cfg(not(feature = "particles"))]
+mod particles {
+    use super::*;
+
+    pub fn read_block(section: &Section, _: &mut super::Files) -> Result<(Block, Source), Fault> {
+        Err(Fault::new(
+            "this library was built without readers for files of particles",
+            section.place("file"),
+            "not read",
+            "build it with the feature `formats`, or convert the file to arrays",
+        ))
+    }
 }
 
 /// An array that a key names.
@@ -641,6 +861,13 @@ fn open(section: &Section, key: &str, files: &mut Files) -> Result<Option<Named>
 /// Names the array, and the place in it, of a number that is not one.
 fn scene_fault(error: &SceneError, sources: &[Option<Source>]) -> Fault {
     let source = |block: usize| sources.get(block).and_then(Option::as_ref);
+    #[cfg(feature = "particles")]
+    if let SceneError::Center { block, .. } | SceneError::Radius { block, .. } = *error
+        && let Some(Source { particles: true, centers: (path, span), .. }) = source(block)
+    {
+        let (words, fix) = crate::particles::understood::scene_words(error);
+        return Fault::new(format!("{}: {words}", text::name(path)), span.clone(), "here", fix);
+    }
     match *error {
         SceneError::Center { block, index, axis, value } => {
             if let Some(Source { centers: (path, span), .. }) = source(block) {

@@ -1,5 +1,9 @@
 //! NumPy's array format (`.npy`), read and written.
 
+#[cfg(any(feature = "convert", feature = "parts"))]
+pub(crate) mod archive;
+#[cfg(feature = "read")]
+pub(crate) mod array;
 #[cfg(feature = "read")]
 pub(crate) mod number;
 #[cfg(any(feature = "parts", feature = "read"))]

@@ -9,10 +9,12 @@ use std::{
 use rayon::prelude::*;
 
 use super::read::{PartProblem, read};
-use crate::load::{
-    ChangedFile, Watch,
-    mapped::{Mapped, OpenError, open_regular},
-    report::LoadError,
+use crate::{
+    input::{
+        mapped::{Mapped, OpenError, open_regular},
+        report::LoadError,
+    },
+    load::{ChangedFile, Watch},
 };
 use planisphere_core::{part::Part, text};
 

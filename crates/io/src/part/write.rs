@@ -28,12 +28,7 @@ use std::{
     io::{self, Write},
 };
 
-use zip::{
-    CompressionMethod, ZipWriter,
-    write::{SimpleFileOptions, StreamWriter},
-};
-
-use crate::npy::{header as npy_header, record_header as npy_record_header};
+use crate::npy::{archive::Archive, record_header as npy_record_header};
 use planisphere_core::{
     camera::{Projection, Region, ScreenSize},
     part::{Meta, Pixel, Pixels, VERSION},
@@ -42,7 +37,7 @@ use planisphere_core::{
 
 /// A part on its way out: first its pixels, row by row, then its spheres.
 pub struct PartWriter<'a, W: Write> {
-    zip: ZipWriter<StreamWriter<W>>,
+    archive: Archive<W>,
     meta: &'a Meta,
     wide: bool,
     left: usize,
@@ -62,7 +57,7 @@ impl<'a, W: Write> PartWriter<'a, W> {
     /// The writer's.
     pub fn new(out: W, meta: &'a Meta) -> io::Result<Self> {
         let wide = meta.last().is_some_and(|last| last > i32::MAX as u64);
-        let mut zip = ZipWriter::new_stream(out);
+        let mut archive = Archive::new(out);
         let Region { width, height, .. } = meta.region;
         let id = if wide { "<i8" } else { "<i4" };
         let header = npy_record_header(
@@ -70,8 +65,8 @@ impl<'a, W: Write> PartWriter<'a, W> {
             &[height as usize, width as usize],
         );
         let left = meta.region.pixels();
-        start(&mut zip, "pixels", &header, left * Pixels::record(wide))?;
-        Ok(Self { zip, meta, wide, left })
+        archive.start("pixels", &header, left * Pixels::record(wide))?;
+        Ok(Self { archive, meta, wide, left })
     }
 
     /// Takes the next pixels.
@@ -89,11 +84,11 @@ impl<'a, W: Write> PartWriter<'a, W> {
             bounds.iter().for_each(|bound| bytes.extend(bound.to_le_bytes()));
             self.left -= 1;
             if bytes.len() >= CHUNK {
-                self.zip.write_all(&bytes)?;
+                self.archive.write_all(&bytes)?;
                 bytes.clear();
             }
         }
-        self.zip.write_all(&bytes)
+        self.archive.write_all(&bytes)
     }
 
     /// Takes the spheres that are seen, by rising index, and ends the archive.
@@ -109,22 +104,25 @@ impl<'a, W: Write> PartWriter<'a, W> {
     ) -> io::Result<()> {
         assert_eq!(self.left, 0, "all pixels come before the end");
         let count = spheres.clone().count();
-        let zip = &mut self.zip;
+        let archive = &mut self.archive;
         let n = |index: u64| (index as i64).to_le_bytes();
-        array(zip, "indices", "<i8", &[count], spheres.clone().map(|(index, _)| n(index)))?;
-        array(
-            zip,
+        archive.array("indices", "<i8", &[count], spheres.clone().map(|(index, _)| n(index)))?;
+        archive.array(
             "centers",
             "<f8",
             &[count, 3],
             spheres.clone().flat_map(|(_, s)| reals(s.center.to_array())),
         )?;
-        array(zip, "radii", "<f8", &[count], spheres.clone().map(|(_, s)| s.radius.to_le_bytes()))?;
-        array(zip, "colors", "|u1", &[count, 3], spheres.map(|(_, s)| s.color))?;
+        archive.array(
+            "radii",
+            "<f8",
+            &[count],
+            spheres.clone().map(|(_, s)| s.radius.to_le_bytes()),
+        )?;
+        archive.array("colors", "|u1", &[count, 3], spheres.map(|(_, s)| s.color))?;
 
         let Meta { view, region, background, ranges, bounds } = self.meta;
-        array(
-            zip,
+        archive.array(
             "ranges",
             "<i8",
             &[ranges.len(), 2],
@@ -134,71 +132,35 @@ impl<'a, W: Write> PartWriter<'a, W> {
             let ([x, y, z], [u, v, w]) = (b.min_center.to_array(), b.max_center.to_array());
             [x, y, z, b.min_radius, u, v, w, b.max_radius]
         });
-        array(zip, "extent", "<f8", &[2, 4], reals(extent).into_iter())?;
+        archive.array("extent", "<f8", &[2, 4], reals(extent).into_iter())?;
         let whole = [view.image.width, view.image.height].map(|side| n(side.into()));
-        array(zip, "image", "<i8", &[2], whole.into_iter())?;
+        archive.array("image", "<i8", &[2], whole.into_iter())?;
         let part = [region.x, region.y, region.width, region.height].map(|side| n(side.into()));
-        array(zip, "region", "<i8", &[4], part.into_iter())?;
+        archive.array("region", "<i8", &[4], part.into_iter())?;
         let camera = &view.camera;
         let projection = match camera.projection {
             Projection::Orthographic => 0u8,
             Projection::Perspective => 1,
         };
-        array(zip, "projection", "|u1", &[], [[projection]].into_iter())?;
+        archive.array("projection", "|u1", &[], [[projection]].into_iter())?;
         for (name, vector) in [("origin", camera.origin), ("view", camera.view), ("up", camera.up)]
         {
-            array(zip, name, "<f8", &[3], reals(vector.to_array()).into_iter())?;
+            archive.array(name, "<f8", &[3], reals(vector.to_array()).into_iter())?;
         }
         let screen = match camera.size {
             ScreenSize::Width(width) => [width, f64::NAN],
             ScreenSize::Height(height) => [f64::NAN, height],
             ScreenSize::Both { width, height } => [width, height],
         };
-        array(zip, "screen", "<f8", &[2], reals(screen).into_iter())?;
-        array(zip, "clip", "<f8", &[2], reals([camera.near, camera.far]).into_iter())?;
-        array(zip, "background", "|u1", &[3], [*background].into_iter())?;
-        array(zip, "version", "<i8", &[], [VERSION.to_le_bytes()].into_iter())?;
-        self.zip.finish()?;
-        Ok(())
+        archive.array("screen", "<f8", &[2], reals(screen).into_iter())?;
+        archive.array("clip", "<f8", &[2], reals([camera.near, camera.far]).into_iter())?;
+        archive.array("background", "|u1", &[3], [*background].into_iter())?;
+        archive.array("version", "<i8", &[], [VERSION.to_le_bytes()].into_iter())?;
+        self.archive.finish()
     }
 }
 
 fn reals<const N: usize>(values: [f64; N]) -> [[u8; 8]; N] {
     // One bit pattern for all that is not a number.
     values.map(|value| if value.is_nan() { f64::NAN } else { value }.to_le_bytes())
-}
-
-/// Begins an array of the archive.
-fn start<W: Write>(
-    zip: &mut ZipWriter<StreamWriter<W>>,
-    name: &str,
-    header: &[u8],
-    bytes: usize,
-) -> io::Result<()> {
-    let large = bytes + header.len() > u32::MAX as usize;
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .large_file(large);
-    zip.start_file(format!("{name}.npy"), options)?;
-    zip.write_all(header)
-}
-
-fn array<W: Write, const N: usize>(
-    zip: &mut ZipWriter<StreamWriter<W>>,
-    name: &str,
-    descr: &str,
-    shape: &[usize],
-    items: impl Iterator<Item = [u8; N]>,
-) -> io::Result<()> {
-    let size = descr[2..].parse::<usize>().unwrap_or(1) * shape.iter().product::<usize>();
-    start(zip, name, &npy_header(descr, shape), size)?;
-    let mut bytes = Vec::new();
-    for item in items {
-        bytes.extend(item);
-        if bytes.len() >= 1 << 18 {
-            zip.write_all(&bytes)?;
-            bytes.clear();
-        }
-    }
-    zip.write_all(&bytes)
 }

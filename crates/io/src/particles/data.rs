@@ -4,7 +4,7 @@ use std::{ops::Range, sync::Arc};
 
 use bytes::Bytes;
 
-use crate::load::mapped::Mapped;
+use crate::input::mapped::Mapped;
 
 /// The bytes of an input: mapped, or in memory.
 #[derive(Clone, Debug)]
@@ -60,9 +60,36 @@ impl Data {
         }
     }
 
+    /// Where the line begins that is so many lines behind a place, by the ends of lines alone. The
+    /// last line may lack its end.
+    ///
+    /// # Errors
+    /// How many lines there are, when there are fewer.
+    pub fn skip_lines(&self, at: usize, lines: usize) -> Result<usize, usize> {
+        let text = self.bytes.get(at..).unwrap_or_default();
+        let Some(last) = lines.checked_sub(1) else { return Ok(at) };
+        if let Some(end) = memchr::memchr_iter(b'\n', text).nth(last) {
+            return Ok(at + end + 1);
+        }
+        let open = text.last().is_some_and(|byte| *byte != b'\n');
+        let found = memchr::memchr_iter(b'\n', text).count() + usize::from(open);
+        if found == lines { Ok(self.len()) } else { Err(found) }
+    }
+
     /// The line that begins at a place; none at the end.
     pub fn line(&self, start: usize) -> Option<Line<'_>> {
         Line::at(&self.bytes, start)
+    }
+
+    /// The first line from a place that is not blank; none where all are.
+    pub fn line_with_text(&self, mut start: usize) -> Option<Line<'_>> {
+        loop {
+            let line = self.line(start)?;
+            if !line.is_blank() {
+                return Some(line);
+            }
+            start = line.next;
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
     number,
     rows::{self, Kind, Layout, Place, Store, Which},
 };
-use crate::load::report::Fault;
+use crate::input::report::Fault;
 use planisphere_core::{drawing::Control, scene::Reals, text};
 
 /// What each frame begins with.
@@ -34,26 +34,10 @@ struct Dump;
 
 impl Reader for Dump {
     fn frame(&self, data: &Data, at: usize) -> Result<Option<Range<usize>>, Fault> {
-        let Some(start) = first_line(data, at) else { return Ok(None) };
+        let Some(start) = data.line_with_text(at).map(|line| line.start) else { return Ok(None) };
         let header = Header::read(data, start)?;
-        let mut end = header.rows;
-        let text = data.as_slice();
-        // By the ends of lines alone.
-        let mut ends = memchr::memchr_iter(b'\n', &text[end..]);
-        if let Some(rows) = header.count.checked_sub(1) {
-            end = match ends.nth(rows) {
-                Some(last) => end + last + 1,
-                // The last line may lack its end.
-                None => {
-                    let found = memchr::memchr_iter(b'\n', &text[end..]).count();
-                    let open = text.last().is_some_and(|byte| *byte != b'\n');
-                    if found + usize::from(open) < header.count {
-                        return Err(header.cut_short(found + usize::from(open)));
-                    }
-                    text.len()
-                }
-            };
-        }
+        let end = data.skip_lines(header.rows, header.count);
+        let end = end.map_err(|found| header.cut_short(found))?;
         Ok(Some(start..end))
     }
 
@@ -73,17 +57,6 @@ impl Reader for Dump {
         rows::read(data, text, &which, &mut stores, control, parse)?;
         columns.finish(stores, &header)
     }
-}
-
-/// The first line that is not blank.
-fn first_line(data: &Data, mut at: usize) -> Option<usize> {
-    while let Some(line) = data.line(at) {
-        if !line.is_blank() {
-            return Some(at);
-        }
-        at = line.next;
-    }
-    None
 }
 
 /// What stands before the rows of a frame.
@@ -115,6 +88,14 @@ impl<'a> Header<'a> {
                 ));
             };
             at = line.next;
+            if item.starts_with(b"ENTRIES") {
+                return Err(Fault::new(
+                    "this is a dump of local entries, such as bonds, and not of atoms",
+                    line.span(),
+                    "no atoms",
+                    "write the atoms: `dump 1 all custom 100 run.dump id type x y z`",
+                ));
+            }
             if item.starts_with(b"ATOMS") {
                 let missing = || {
                     Fault::new(
@@ -151,7 +132,7 @@ impl<'a> Header<'a> {
 
     fn cut_short(&self, found: usize) -> Fault {
         Fault::new(
-            format!("{} rows are announced, but {found} lines follow", self.count),
+            format!("{} atoms are announced, but {found} lines follow", self.count),
             self.count_span.clone(),
             "more than there are",
             "wait until the file is written, or write it again",
@@ -254,6 +235,8 @@ enum Form {
 /// The columns of a frame, and where each cell of a row goes.
 struct Columns {
     form: Form,
+    /// The names of the positions.
+    centers_from: String,
     layout: Layout,
     /// Those beside the positions: names and kinds.
     others: Vec<(String, Kind)>,
@@ -274,9 +257,11 @@ impl Columns {
         let find = |name: &str| names.iter().position(|cell| cell.text == name.as_bytes());
         let found = FORMS.iter().find_map(|(names, form)| {
             let [x, y, z] = names.map(find);
-            Some(([x?, y?, z?], *form))
+            Some(([x?, y?, z?], *form, names.join(" ")))
         });
-        let Some((axes, form)) = found else { return Err(no_positions(header, &names)) };
+        let Some((axes, form, centers_from)) = found else {
+            return Err(no_positions(header, &names));
+        };
         if form == Form::Scaled && header.cell.is_none() {
             return Err(Fault::new(
                 "the positions are scaled by the box, but there is no ITEM: BOX BOUNDS",
@@ -300,7 +285,7 @@ impl Columns {
             places.push(Place { name: format!("`{name}`"), kind, column, component });
         }
         let layout = Layout { places, more: false };
-        Ok(Self { form, layout, others })
+        Ok(Self { form, centers_from, layout, others })
     }
 
     fn stores(&self) -> Vec<Store> {
@@ -318,6 +303,10 @@ impl Columns {
         if let (Form::Scaled, Some(cell)) = (self.form, &header.cell) {
             cell.unscale(&mut centers);
         }
+        let centers_from = match self.form {
+            Form::Plain => self.centers_from,
+            Form::Scaled => self.centers_from + ", by the box",
+        };
         let columns = self.others.into_iter().zip(stores);
         let columns = columns.map(|((name, _), store)| {
             let column = Column::named(name, store.into_values());
@@ -329,6 +318,7 @@ impl Columns {
         });
         Ok(Particles {
             centers: Reals::F64(centers.into()),
+            centers_from,
             columns: columns.collect(),
             cell: header.cell,
             notes: Vec::new(),

@@ -68,6 +68,16 @@ impl Element {
     }
 }
 
+/// The symbol that a word is, in any case, as it is written; D and T stay as they are.
+#[cfg(any(feature = "gro", feature = "mmcif", feature = "pdb"))]
+pub(super) fn symbol(word: &[u8]) -> Option<&'static str> {
+    match word {
+        b"D" | b"d" => Some("D"),
+        b"T" | b"t" => Some("T"),
+        _ => Element::of_symbol(str::from_utf8(word).ok()?).map(Element::symbol),
+    }
+}
+
 /// A radius of the table.
 fn some(radius: f64) -> Option<f64> {
     (radius != NONE).then_some(radius)

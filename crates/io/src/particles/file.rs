@@ -2,9 +2,17 @@
 
 use std::{fmt, ops::Range, sync::Mutex};
 
+use bytes::Bytes;
+
 use super::{Data, Format, Particles, Reader};
-use crate::load::{LoadError, report::Fault};
-use planisphere_core::drawing::Control;
+use crate::input::{
+    mapped::ChangedFile,
+    report::{Fault, LoadError},
+};
+use planisphere_core::{
+    drawing::Control,
+    scene::{Block, Colors, Radii, Reals},
+};
 
 /// Which frame is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +33,8 @@ impl Default for Frame {
 pub struct File {
     name: String,
     format: Format,
+    title: String,
+    notes: Vec<String>,
     data: Data,
     reader: Box<dyn Reader>,
     /// What a trajectory lacks: the columns of another file's first frame.
@@ -50,15 +60,33 @@ impl fmt::Debug for File {
 }
 
 impl File {
+    /// Opens bytes of a format that are in memory, as they are: nothing is unpacked. `name` is for
+    /// messages.
+    ///
+    /// # Errors
+    /// When they are no such file.
+    pub fn of_bytes(
+        name: impl Into<String>,
+        format: Format,
+        bytes: impl Into<Bytes>,
+    ) -> Result<Self, LoadError> {
+        Self::open(name.into(), format, Data::from(bytes.into()))
+    }
+
     /// Opens bytes of a format; `name` is for messages.
     ///
     /// # Errors
     /// When they are no such file.
     pub(crate) fn open(name: String, format: Format, data: Data) -> Result<Self, LoadError> {
+        if data.as_slice().trim_ascii().is_empty() {
+            let fix = "see why what was to write it has written nothing, or name another file";
+            return Err(LoadError::of_file(&name, "is empty", fix));
+        }
         match format.open(&data) {
             Ok(reader) => {
+                let (title, notes) = (format.title().into(), Vec::new());
                 let (topology, found) = (None, Mutex::default());
-                Ok(Self { name, format, data, reader, topology, found })
+                Ok(Self { name, format, title, notes, data, reader, topology, found })
             }
             Err(fault) => Err(fault.into_error_in(&name, data.as_slice())),
         }
@@ -70,6 +98,55 @@ impl File {
     pub fn with_topology(mut self, topology: Particles) -> Self {
         self.topology = Some(topology);
         self
+    }
+
+    /// What it is called in messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The same file, of which more is to be said: how it is compressed, and what should be known
+    /// of how it was opened, each one line.
+    #[must_use]
+    pub(crate) fn with_words(mut self, packed: Option<&str>, notes: Vec<String>) -> Self {
+        self.title = match packed {
+            Some(packed) => format!("{}, {packed}", self.format.title()),
+            None => self.format.title().into(),
+        };
+        self.notes = notes;
+        self
+    }
+
+    /// What its format is called, and how it is compressed.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// What should be known of how it was opened, each one line.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// How many frames there are, if all were found.
+    pub fn known_frames(&self) -> Option<usize> {
+        let found = self.found();
+        found.all.then_some(found.frames.len())
+    }
+
+    /// Whether numbers of spheres lie in this file, and not in memory of their own.
+    pub(crate) fn is_in_place(&self, block: &Block) -> bool {
+        let file = self.data.as_slice().as_ptr_range();
+        let inside = |start: *const u8| file.contains(&start);
+        let reals = |reals: &Reals| match reals {
+            Reals::F32(values) => inside(values.as_slice().as_ptr().cast()),
+            Reals::F64(values) => inside(values.as_slice().as_ptr().cast()),
+        };
+        let radii = matches!(&block.radii, Radii::Each(radii) if reals(radii));
+        let colors = match &block.colors {
+            Colors::Each(colors) => inside(colors.as_slice().as_ptr()),
+            Colors::Same(_) => false,
+        };
+        reals(&block.centers) || radii || colors
     }
 
     /// Its format.
@@ -102,8 +179,13 @@ impl File {
     /// When there is none.
     pub fn number(&self, frame: Frame, control: &Control) -> Result<usize, LoadError> {
         let none = |frames: usize, what: String| {
+            if frames == 0 {
+                return self.error(Fault::whole(
+                    "there are no particles in it: it has no frame of atoms",
+                    "write it again, or name another file",
+                ));
+            }
             let fix = match frames {
-                0 => "write the file again: it has no frame".into(),
                 1 => "leave out --frame: there is one frame".into(),
                 _ => format!("write --frame 0 to --frame {}, or --frame last", frames - 1),
             };
@@ -132,18 +214,26 @@ impl File {
         let read = self.reader.read(&self.data, range, control);
         let particles = read.map_err(|fault| match control.is_cancelled() {
             true => LoadError::cancelled(),
-            false => self.error(fault),
+            false => self.error(self.in_frame(number, fault)),
         })?;
-        self.complete(particles)
+        self.complete(number, particles)
+    }
+
+    /// A fault in a frame, which is named where there is no line that is.
+    fn in_frame(&self, number: usize, fault: Fault) -> Fault {
+        match fault.has_place() || !self.format.is_trajectory() {
+            true => fault,
+            false => fault.of(&format!("frame {number}: ")),
+        }
     }
 
     /// Adds the columns of the topology.
-    fn complete(&self, mut particles: Particles) -> Result<Particles, LoadError> {
+    fn complete(&self, number: usize, mut particles: Particles) -> Result<Particles, LoadError> {
         let Some(topology) = &self.topology else { return Ok(particles) };
         let (found, wanted) = (particles.len(), topology.len());
         if found != wanted {
             return Err(self.error(Fault::whole(
-                format!("a frame has {found} particles, but the topology has {wanted}"),
+                format!("frame {number} has {found} atoms, but the topology has {wanted}"),
                 "name the topology that this file was written with",
             )));
         }
@@ -171,9 +261,12 @@ impl File {
                 Err(fault) => {
                     let whole = match found.frames.len() {
                         0 => return Err(fault),
-                        1 => "; the frame before it is whole: --frame 0".into(),
+                        1 => {
+                            "; this is frame 1, and the frame before it is whole: --frame 0".into()
+                        }
                         n => format!(
-                            "; the {n} frames before it are whole: --frame 0 to --frame {}",
+                            "; this is frame {n}, and the frames before it are whole: --frame 0 to \
+                             --frame {}",
                             n - 1
                         ),
                     };
@@ -188,7 +281,15 @@ impl File {
         fault.into_error_in(&self.name, self.data.as_slice())
     }
 
-    /// What is asked whether the file has changed, where it is used where it lies.
+    /// Whether the file is what it was when it was opened; to be asked when something was read.
+    ///
+    /// # Errors
+    /// When it may have changed.
+    pub fn unchanged(&self) -> Result<(), ChangedFile> {
+        self.data.mapped().and_then(|mapped| mapped.changed()).map_or(Ok(()), Err)
+    }
+
+    /// The bytes.
     pub(crate) fn data(&self) -> &Data {
         &self.data
     }
@@ -196,13 +297,11 @@ impl File {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use bytes::Bytes;
-
     use super::*;
 
     /// Bytes as a file of a format, for the tests of readers.
     pub fn opened(format: Format, bytes: impl Into<Vec<u8>>) -> Result<File, LoadError> {
-        File::open("it".into(), format, Data::from(Bytes::from(bytes.into())))
+        File::of_bytes("it", format, bytes.into())
     }
 
     /// A frame of them.

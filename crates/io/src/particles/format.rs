@@ -3,15 +3,51 @@
 use std::path::Path;
 
 use super::{Data, Reader};
-use crate::load::report::Fault;
+use crate::input::report::Fault;
 
 /// A format of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
+    /// CSV, TSV, and tables between blanks.
+    #[cfg(feature = "csv")]
+    Csv,
     /// LAMMPS dump, as text.
     #[cfg(feature = "lammps")]
     Dump,
+    /// DCD, of CHARMM, NAMD, LAMMPS and others.
+    #[cfg(feature = "dcd")]
+    Dcd,
+    /// GSD, of HOOMD-blue.
+    #[cfg(feature = "gsd")]
+    Gsd,
+    /// XTC, of GROMACS.
+    #[cfg(feature = "xtc")]
+    Xtc,
+    /// XYZ, and extended XYZ.
+    #[cfg(feature = "xyz")]
+    Xyz,
+    /// GRO, as GROMACS writes it.
+    #[cfg(feature = "gro")]
+    Gro,
+    /// mmCIF, as the Protein Data Bank writes it.
+    #[cfg(feature = "mmcif")]
+    MmCif,
+    /// PDB, as the Protein Data Bank and programs of molecules write it.
+    #[cfg(feature = "pdb")]
+    Pdb,
+    /// LAMMPS data, as `read_data` reads it.
+    #[cfg(feature = "lammps")]
+    LammpsData,
+    /// A NumPy array.
+    #[cfg(feature = "npz")]
+    Npy,
+    /// A NumPy archive: arrays with names.
+    #[cfg(feature = "npz")]
+    Npz,
+    /// PLY, as text or as numbers.
+    #[cfg(feature = "ply")]
+    Ply,
 }
 
 /// All that is known of a format before one of its files is opened.
@@ -23,12 +59,14 @@ struct About {
     title: &'static str,
     /// Endings of its files' names, in lower case.
     endings: &'static [&'static str],
+    /// The unit of its positions, in angstrom; one where it has none.
+    angstrom: f64,
     /// Whether bytes begin as its files do. Those of two formats do not begin alike.
     is: fn(&[u8]) -> bool,
     open: fn(&Data) -> Result<Box<dyn Reader>, Fault>,
 }
 
-/// A line for each format, in the order in which they are looked for.
+/// All formats, in the order in which they are looked for.
 const ALL: &[About] = &[
     #[cfg(feature = "lammps")]
     About {
@@ -36,8 +74,129 @@ const ALL: &[About] = &[
         name: "dump",
         title: "LAMMPS dump",
         endings: &["dump", "lammpstrj", "lammpsdump"],
+        angstrom: 1.0,
         is: super::dump::is,
         open: super::dump::open,
+    },
+    #[cfg(feature = "dcd")]
+    About {
+        format: Format::Dcd,
+        name: "dcd",
+        title: "DCD",
+        endings: &["dcd"],
+        angstrom: 1.0,
+        is: super::dcd::is,
+        open: super::dcd::open,
+    },
+    #[cfg(feature = "gsd")]
+    About {
+        format: Format::Gsd,
+        name: "gsd",
+        title: "GSD",
+        endings: &["gsd"],
+        angstrom: 1.0,
+        is: super::gsd::is,
+        open: super::gsd::open,
+    },
+    #[cfg(feature = "xtc")]
+    About {
+        format: Format::Xtc,
+        name: "xtc",
+        title: "XTC",
+        endings: &["xtc"],
+        angstrom: 10.0,
+        is: super::xtc::is,
+        open: super::xtc::open,
+    },
+    #[cfg(feature = "ply")]
+    About {
+        format: Format::Ply,
+        name: "ply",
+        title: "PLY",
+        endings: &["ply"],
+        angstrom: 1.0,
+        is: super::ply::is,
+        open: super::ply::open,
+    },
+    #[cfg(feature = "npz")]
+    About {
+        format: Format::Npy,
+        name: "npy",
+        title: "NumPy array",
+        endings: &["npy"],
+        angstrom: 1.0,
+        is: super::numpy::is_array,
+        open: super::numpy::open_array,
+    },
+    #[cfg(feature = "npz")]
+    About {
+        format: Format::Npz,
+        name: "npz",
+        title: "NumPy archive",
+        endings: &["npz"],
+        angstrom: 1.0,
+        is: super::numpy::is_archive,
+        open: super::numpy::open_archive,
+    },
+    #[cfg(feature = "xyz")]
+    About {
+        format: Format::Xyz,
+        name: "xyz",
+        title: "XYZ",
+        endings: &["xyz", "extxyz", "exyz"],
+        angstrom: 1.0,
+        is: super::xyz::is,
+        open: super::xyz::open,
+    },
+    #[cfg(feature = "gro")]
+    About {
+        format: Format::Gro,
+        name: "gro",
+        title: "GRO",
+        endings: &["gro"],
+        angstrom: 10.0,
+        is: super::gro::is,
+        open: super::gro::open,
+    },
+    #[cfg(feature = "mmcif")]
+    About {
+        format: Format::MmCif,
+        name: "mmcif",
+        title: "mmCIF",
+        endings: &["cif", "mmcif"],
+        angstrom: 1.0,
+        is: super::mmcif::is,
+        open: super::mmcif::open,
+    },
+    #[cfg(feature = "pdb")]
+    About {
+        format: Format::Pdb,
+        name: "pdb",
+        title: "PDB",
+        endings: &["pdb", "ent"],
+        angstrom: 1.0,
+        is: super::pdb::is,
+        open: super::pdb::open,
+    },
+    #[cfg(feature = "lammps")]
+    About {
+        format: Format::LammpsData,
+        name: "data",
+        title: "LAMMPS data",
+        endings: &["data", "lmp", "lammps"],
+        angstrom: 1.0,
+        is: super::lammps_data::is,
+        open: super::lammps_data::open,
+    },
+    #[cfg(feature = "csv")]
+    About {
+        format: Format::Csv,
+        name: "csv",
+        title: "CSV",
+        endings: &["csv", "tsv"],
+        angstrom: 1.0,
+        is: super::csv::is,
+        open: super::csv::open,
     },
 ];
 
@@ -81,6 +240,16 @@ impl Format {
     /// The format that bytes are of, by their beginning.
     pub fn of_content(beginning: &[u8]) -> Option<Self> {
         ALL.iter().find(|about| (about.is)(beginning)).map(|about| about.format)
+    }
+
+    /// The unit of its positions, in angstrom. Where the format has none, it is taken to be one.
+    pub fn angstrom(self) -> f64 {
+        self.about().angstrom
+    }
+
+    /// Whether its files are of numbers alone, in many frames.
+    pub(super) fn is_trajectory(self) -> bool {
+        ["dcd", "gsd", "xtc"].contains(&self.name())
     }
 
     /// A reader for the bytes of one input.

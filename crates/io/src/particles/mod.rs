@@ -7,33 +7,79 @@
 
 use std::{fmt, ops::Range};
 
-use crate::load::report::Fault;
+use crate::input::report::Fault;
 use planisphere_core::{
     drawing::Control,
     scene::{self, Reals},
 };
 
+#[cfg(any(feature = "gro", feature = "mmcif", feature = "pdb"))]
+#[cfg_attr(
+    not(all(feature = "gro", feature = "mmcif", feature = "pdb")),
+    allow(dead_code, reason = "each of them uses a part")
+)]
+mod atoms;
+#[cfg(any(feature = "dcd", feature = "gsd", feature = "xtc"))]
+mod binary;
+#[cfg(feature = "mmcif")]
+mod cif;
+#[cfg(feature = "csv")]
+mod csv;
 mod data;
+#[cfg(feature = "dcd")]
+mod dcd;
 #[cfg(feature = "lammps")]
 mod dump;
-mod elements;
+pub mod elements;
 mod file;
 mod format;
+#[cfg(feature = "gro")]
+mod gro;
+#[cfg(feature = "gsd")]
+mod gsd;
+mod input;
+#[cfg(feature = "lammps")]
+mod lammps_data;
+#[cfg(feature = "mmcif")]
+mod mmcif;
 mod number;
+#[cfg(feature = "npz")]
+mod numpy;
+mod packing;
+#[cfg(feature = "pdb")]
+mod pdb;
+#[cfg(feature = "ply")]
+mod ply;
+#[cfg(any(feature = "npz", feature = "ply"))]
+mod records;
 mod rows;
 mod spacing;
 pub mod spheres;
+pub(crate) mod understood;
+#[cfg(feature = "compressed")]
+mod unpack;
+#[cfg(feature = "convert")]
+pub mod write;
+#[cfg(feature = "xtc")]
+mod xtc;
+#[cfg(feature = "xyz")]
+mod xyz;
 
 pub use file::{File, Frame};
 pub use format::Format;
+pub use planisphere_image::maps::Map;
+pub use understood::{Options, Understood, understand};
 
 pub(crate) use data::Data;
+pub(crate) use input::{Beginning, Input};
 
 /// One frame of a file.
 #[derive(Clone, Debug)]
 pub struct Particles {
     /// Positions, (N, 3), in the file's own unit.
     pub centers: Reals,
+    /// Where they come from, in the file's own words, such as "x y z".
+    pub centers_from: String,
     /// All other columns, in the order of the file.
     pub columns: Vec<Column>,
     /// The box that the particles are in, if the file has one.
@@ -126,6 +172,16 @@ impl Values {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The least and the greatest that is a number; none of words, and where there is none.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let wider = |found: Option<[f64; 2]>, value: f64| match found {
+            _ if value.is_nan() => found,
+            Some([low, high]) => Some([low.min(value), high.max(value)]),
+            None => Some([value; 2]),
+        };
+        (0..self.len()).filter_map(|index| self.get(index)).fold(None, wider)
     }
 
     /// A number of them; none of words.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::data::is_blank;
-use crate::load::report::Fault;
+use crate::input::report::Fault;
 use planisphere_core::text;
 
 /// A real number at the beginning of some bytes, and how many bytes it takes; a blank, or the end,

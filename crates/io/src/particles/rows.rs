@@ -6,7 +6,11 @@
 //! no trace: of several faults the first in the file is told, and words are numbered in the file's
 //! order.
 
-use std::{collections::HashMap, ops::Range};
+use std::{
+    hash::{BuildHasher, RandomState},
+    ops::Range,
+    sync::OnceLock,
+};
 
 use rayon::prelude::*;
 
@@ -15,7 +19,7 @@ use super::{
     data::{Data, Line, blanks, is_blank, word},
     number,
 };
-use crate::load::report::Fault;
+use crate::input::report::Fault;
 use planisphere_core::{drawing::Control, scene::Reals, text};
 use planisphere_memory as memory;
 
@@ -130,28 +134,112 @@ impl Store {
 #[derive(Debug, Default)]
 pub(super) struct Lexicon {
     words: Vec<Box<str>>,
-    numbers: HashMap<Box<[u8]>, u32>,
-    last: u32,
+    /// What each word is looked for by.
+    hashes: Vec<u32>,
+    /// One more than the number of a word, at the place of its hash or the first free one behind
+    /// it; 0 where there is none. At least half of them are 0, and there are 2^n.
+    places: Vec<u32>,
+    /// Short words that came last, each packed into one number that is not 0, and their numbers, at
+    /// the places of a hash of their own. There are none before some words came.
+    recent: Vec<(u64, u32)>,
+    /// Words that were looked for among all.
+    looked_for: usize,
+}
+
+/// A word of at most seven bytes as one number, with its length; none of a longer one.
+#[inline]
+fn packed(word: &[u8]) -> Option<u64> {
+    (word.len() < 8)
+        .then(|| word.iter().fold(word.len() as u64 + 1, |all, byte| all << 8 | u64::from(*byte)))
+}
+
+/// What a word is looked for by: no input can be made of words that have it in common.
+fn hash(word: &[u8]) -> u32 {
+    static STATE: OnceLock<RandomState> = OnceLock::new();
+    STATE.get_or_init(RandomState::new).hash_one(word) as u32
 }
 
 impl Lexicon {
     /// The number of a word.
+    #[inline]
     pub fn number(&mut self, found: &[u8]) -> u32 {
-        if let Some(last) = self.words.get(self.last as usize)
-            && last.as_bytes() == found
-        {
-            return self.last;
+        let Some(packed) = packed(found) else { return self.long(found) };
+        let place = (packed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 58) as usize;
+        match self.recent.get(place) {
+            Some((recent, number)) if *recent == packed => return *number,
+            _ => {}
         }
-        self.last = match self.numbers.get(found) {
-            Some(number) => *number,
-            None => {
-                let number = u32::try_from(self.words.len()).expect("fewer words than spheres");
-                self.words.push(String::from_utf8_lossy(found).into());
-                self.numbers.insert(found.into(), number);
-                number
+        let number = self.long(found);
+        match self.recent.get_mut(place) {
+            Some(recent) => *recent = (packed, number),
+            // A column of few rows does without.
+            None if self.looked_for > 16 => self.recent = vec![(0, 0); 64],
+            None => {}
+        }
+        number
+    }
+
+    fn long(&mut self, found: &[u8]) -> u32 {
+        self.looked_for += 1;
+        let word = String::from_utf8_lossy(found);
+        let hash = hash(word.as_bytes());
+        match self.find(hash, word.as_bytes()) {
+            Some(number) => number,
+            None => self.add(word.into(), hash),
+        }
+    }
+
+    /// The number of a word that is there.
+    fn find(&self, hash: u32, word: &[u8]) -> Option<u32> {
+        let last = self.places.len().checked_sub(1)?;
+        let mut place = hash as usize & last;
+        loop {
+            let number = self.places[place].checked_sub(1)?;
+            let is_same = self.hashes[number as usize] == hash
+                && self.words[number as usize].as_bytes() == word;
+            if is_same {
+                return Some(number);
             }
+            place = (place + 1) & last;
+        }
+    }
+
+    /// Adds a word that is not there.
+    fn add(&mut self, word: Box<str>, hash: u32) -> u32 {
+        let number = u32::try_from(self.words.len()).expect("fewer words than spheres");
+        self.words.push(word);
+        self.hashes.push(hash);
+        if 2 * self.words.len() > self.places.len() {
+            self.places = vec![0; (2 * self.places.len()).max(8)];
+            (0..=number).for_each(|number| self.place(number));
+        } else {
+            self.place(number);
+        }
+        number
+    }
+
+    /// Sets the place of a word.
+    fn place(&mut self, number: u32) {
+        let last = self.places.len() - 1;
+        let mut place = self.hashes[number as usize] as usize & last;
+        while self.places[place] != 0 {
+            place = (place + 1) & last;
+        }
+        self.places[place] = number + 1;
+    }
+
+    /// Takes over the words of another; gives the number of each here.
+    fn take(&mut self, other: Self) -> Vec<u32> {
+        let words = other.words.into_iter().zip(other.hashes);
+        let number = |(word, hash): (Box<str>, u32)| {
+            self.find(hash, word.as_bytes()).unwrap_or_else(|| self.add(word, hash))
         };
-        self.last
+        words.map(number).collect()
+    }
+
+    /// The words so far, in the order of their numbers.
+    pub fn words(&self) -> &[Box<str>] {
+        &self.words
     }
 
     /// The words, in the order of their numbers.
@@ -325,6 +413,29 @@ fn count(whole: &[u8], block: Range<usize>, which: &Which<'_>) -> usize {
     }
 }
 
+/// Where the first line begins, from a place to another one at most, that is looked for. After a
+/// first block all threads look.
+pub(super) fn find(
+    data: &Data,
+    range: Range<usize>,
+    is: impl Fn(Line<'_>) -> bool + Sync,
+) -> Option<usize> {
+    let whole = data.as_slice().get(..range.end)?;
+    let (mut at, mut blocks_at_once) = (range.start, 1);
+    while at < whole.len() {
+        let blocks = cut(whole, at, blocks_at_once);
+        at = blocks.last()?.end;
+        let found = blocks.into_par_iter().find_map_first(|block| {
+            lines(whole, block).find(|line| is(*line)).map(|line| line.start)
+        });
+        if found.is_some() {
+            return found;
+        }
+        blocks_at_once = BLOCKS * rayon::current_num_threads();
+    }
+    None
+}
+
 /// The lines of a block.
 fn lines(whole: &[u8], block: Range<usize>) -> impl Iterator<Item = Line<'_>> {
     let mut at = block.start;
@@ -382,8 +493,14 @@ fn fill(
     let results: Vec<Result<(), Fault>> = places.par_iter_mut().zip(blocks).map(read).collect();
     results.into_iter().collect::<Result<(), Fault>>()?;
 
-    // The words of each block, in the order of the file.
-    let mut lexicons: Vec<(usize, Lexicon, usize)> = Vec::new();
+    let lexicons = lexicons(places);
+    take_words(stores, lexicons, first, &of_blocks);
+    Ok(())
+}
+
+/// The words of each block, in the order of the file: column, words, block.
+fn lexicons(places: Vec<Vec<Slot<'_>>>) -> Vec<(usize, Lexicon, usize)> {
+    let mut lexicons = Vec::new();
     for (block, slots) in places.into_iter().enumerate() {
         for (column, slot) in slots.into_iter().enumerate() {
             if let Slot::Words(_, lexicon) = slot {
@@ -391,17 +508,53 @@ fn fill(
             }
         }
     }
+    lexicons
+}
+
+/// Numbers the words of blocks as those of their columns.
+fn take_words(
+    stores: &mut [Store],
+    lexicons: Vec<(usize, Lexicon, usize)>,
+    first: usize,
+    of_blocks: &[usize],
+) {
     for (column, lexicon, block) in lexicons {
         let Store::Words(codes, all) = &mut stores[column] else { continue };
-        let numbers: Vec<u32> =
-            lexicon.words.iter().map(|word| all.number(word.as_bytes())).collect();
+        let numbers = all.take(lexicon);
         if numbers.iter().enumerate().any(|(from, to)| from != *to as usize) {
             let start = first + of_blocks[..block].iter().sum::<usize>();
             let codes = &mut codes[start..start + of_blocks[block]];
             codes.iter_mut().for_each(|code| *code = numbers[*code as usize]);
         }
     }
-    Ok(())
+}
+
+/// Reads rows that are no lines: each call sets one, or says that there is none. Gives how many
+/// there are.
+pub(super) fn read_in_turn(
+    stores: &mut [Store],
+    control: &Control,
+    mut next: impl FnMut(&mut Row<'_, '_>) -> Result<bool, Fault>,
+) -> Result<usize, Fault> {
+    const ROWS: usize = 1 << 14;
+    let mut first = 0;
+    loop {
+        Fault::if_cancelled(control)?;
+        set_rows(stores, first + ROWS)?;
+        let mut slots: Vec<Slot<'_>> =
+            stores.iter_mut().flat_map(|store| store.slots(first, &[ROWS])).collect();
+        let mut rows = 0;
+        while rows < ROWS && next(&mut Row { slots: &mut slots, row: rows })? {
+            rows += 1;
+        }
+        let lexicons = lexicons(vec![slots]);
+        take_words(stores, lexicons, first, &[rows]);
+        first += rows;
+        if rows < ROWS {
+            set_rows(stores, first)?;
+            return Ok(first);
+        }
+    }
 }
 
 /// What a cell of a line is.
@@ -415,8 +568,6 @@ pub(super) enum Kind {
     Integer,
     /// A word.
     Word,
-    /// Nothing that is kept.
-    Skipped,
 }
 
 /// One cell of a line: its name in the file, and the column and component that it goes to.
@@ -449,6 +600,11 @@ impl Layout {
 
     /// Reads a line into a row.
     pub fn parse(&self, line: Line<'_>, row: &mut Row<'_, '_>) -> Result<(), Fault> {
+        self.parse_start(line, row).map(|_| ())
+    }
+
+    /// The same, and says whether more cells follow that are not read.
+    pub fn parse_start(&self, line: Line<'_>, row: &mut Row<'_, '_>) -> Result<bool, Fault> {
         let text = line.text;
         let mut at = 0;
         for (number, place) in self.places.iter().enumerate() {
@@ -488,11 +644,11 @@ impl Layout {
                     row.set_word(*column, &rest[..length]);
                     length
                 }
-                Kind::Skipped => word(rest),
             };
         }
         let rest = &text[at..];
-        if !self.more && rest.iter().any(|byte| !is_blank(*byte)) {
+        let more = rest.iter().any(|byte| !is_blank(*byte));
+        if more && !self.more {
             let from = line.start + at + blanks(rest);
             return Err(Fault::new(
                 format!(
@@ -505,7 +661,7 @@ impl Layout {
                 "correct the line, or the names of the columns before it",
             ));
         }
-        Ok(())
+        Ok(more)
     }
 
     fn too_few(&self, line: Line<'_>, found: usize) -> Fault {

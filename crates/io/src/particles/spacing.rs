@@ -4,6 +4,11 @@
 //! some particles to the nearest that is not at the same place. These are particles
 //! `floor(k N / m)` of N, k from 0 to m - 1, with m = min(N, 512); their neighbours are looked for
 //! among all. The same positions have the same distance, on every machine.
+//!
+//! Cells of a grid tell which particles are near. They begin small: only the closest tenth of the
+//! samples is as close to another sample, so that few pairs are looked at wherever most particles
+//! are. They grow until half of the samples have found a neighbour: the others are farther from
+//! theirs.
 
 use std::collections::HashMap;
 
@@ -14,117 +19,133 @@ use planisphere_core::scene::Reals;
 /// Particles whose neighbours are looked for, at most.
 const SAMPLE: usize = 512;
 
-/// Bits of a table in which cells are looked up first.
-const BITS: usize = 1 << 16;
+/// Cells along each axis of the table that is looked at first, in which places come again.
+const TABLE: usize = 64;
+
+/// Particles that a thread takes at a time.
+const PIECE: usize = 1 << 14;
 
 /// The usual distance between neighbours; none where there are no two places.
 pub(super) fn spacing(centers: &Reals) -> Option<f64> {
-    let count = centers.len() / 3;
-    let samples = count.min(SAMPLE);
-    let point = |index: usize| [0, 1, 2].map(|axis| centers.get(3 * index + axis));
-    let bounds = bounds(count, point)?;
-    let longest = (0..3).map(|axis| bounds[1][axis] - bounds[0][axis]).fold(0.0, f64::max);
-    if !(longest > 0.0 && longest.is_finite()) {
-        return None;
+    match centers {
+        Reals::F32(centers) => of_points(centers.as_slice()),
+        Reals::F64(centers) => of_points(centers.as_slice()),
     }
-    let places: Vec<[f64; 3]> = (0..samples)
-        .map(|k| point((k as u128 * count as u128 / samples as u128) as usize))
-        .collect();
-    let mut nearest = vec![f64::INFINITY; samples];
-    // Distances a little shorter than a side are believed: rounding may put what is a side away
-    // beyond the cells that are looked at. Cells of about two particles each, if these fill the space; doubled for those that find none.
-    let sides = [0, 1, 2].map(|axis| (bounds[1][axis] - bounds[0][axis]).max(1e-6 * longest));
-    let volume: f64 = sides.iter().map(|side| side / longest).product();
-    let mut side = longest * (2.0 * volume / count as f64).cbrt();
-    side = side.max(longest * 1e-6);
-    loop {
-        let open: Vec<usize> = (0..samples).filter(|k| nearest[*k] > 0.99 * side).collect();
-        if open.is_empty() {
-            break;
-        }
-        let grid = Grid::new(bounds[0], side, &places, &open);
-        let found = grid.nearest(count, &point, &places);
-        for (k, distance) in open.iter().zip(found) {
-            nearest[*k] = distance;
-        }
-        if side > 2.0 * longest {
-            break;
-        }
-        // What is farther than a side may have a nearer neighbour beyond the cells looked at.
-        side *= 2.0;
-    }
-    nearest.retain(|distance| distance.is_finite());
-    nearest.sort_unstable_by(f64::total_cmp);
-    nearest.get(nearest.len().checked_sub(1)? / 2).copied()
 }
 
-/// The least and the greatest coordinates.
-fn bounds(count: usize, point: impl Fn(usize) -> [f64; 3] + Sync) -> Option<[[f64; 3]; 2]> {
-    let none = || [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    let with = |mut bounds: [[f64; 3]; 2], more: [[f64; 3]; 2]| {
-        for axis in 0..3 {
-            bounds[0][axis] = bounds[0][axis].min(more[0][axis]);
-            bounds[1][axis] = bounds[1][axis].max(more[1][axis]);
+fn of_points<T: Copy + Into<f64> + Sync>(numbers: &[T]) -> Option<f64> {
+    let (points, _) = numbers.as_chunks::<3>();
+    let point = |index: usize| points[index].map(Into::into);
+    let (count, samples) = (points.len(), points.len().min(SAMPLE));
+    let sampled = |k| point((k as u128 * count as u128 / samples as u128) as usize);
+    let places: Vec<[f64; 3]> = (0..samples).map(sampled).collect();
+    let mut nearest: Vec<f64> = places.iter().map(|place| nearest_of(*place, &places)).collect();
+    let mut sorted = nearest.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let middle = samples.checked_sub(1)? / 2;
+    if count == samples {
+        return sorted.get(middle).copied().filter(|distance| distance.is_finite());
+    }
+    // As if all were spread like the samples, in space.
+    let closer = (samples as f64 / count as f64).cbrt();
+    let mut side = 2.0 * sorted[samples / 10] * closer;
+    if !(side > 0.0 && side.is_finite()) {
+        side = 1e-6 * extent(points)?;
+    }
+    // A grid that no f64 can have, or that never ends, has no neighbours to find.
+    for _ in 0..64 {
+        Grid::new(side, &places).look(points, &places, &mut nearest);
+        let mut found: Vec<f64> = nearest.clone();
+        found.sort_unstable_by(f64::total_cmp);
+        // Rounding may put what is a side away beyond the cells that are looked at.
+        if found[middle] <= 0.99 * side {
+            return Some(found[middle]);
         }
-        bounds
+        side *= 3.0;
+    }
+    None
+}
+
+/// The longest side of a box around all; none where it has no length.
+fn extent<T: Copy + Into<f64> + Sync>(points: &[[T; 3]]) -> Option<f64> {
+    let along = |axis: usize| {
+        let values = points.par_iter().map(|point| point[axis].into());
+        let least = values.clone().reduce(|| f64::INFINITY, f64::min);
+        values.reduce(|| f64::NEG_INFINITY, f64::max) - least
     };
-    let of = |index| [point(index), point(index)];
-    (count > 0).then(|| (0..count).into_par_iter().map(of).reduce(none, with))
+    let longest = (0..3).map(along).fold(0.0, f64::max);
+    (longest > 0.0 && longest.is_finite()).then_some(longest)
 }
 
-/// The cells around some of the samples.
-struct Grid<'a> {
-    least: [f64; 3],
-    side: f64,
-    open: &'a [usize],
-    /// The places in `open` of the samples near a cell.
+/// The distance to the nearest of some places that is another one.
+fn nearest_of(place: [f64; 3], places: &[[f64; 3]]) -> f64 {
+    let others = places.iter().map(|other| distance(place, *other));
+    others.filter(|distance| *distance > 0.0).fold(f64::INFINITY, f64::min)
+}
+
+/// The cells around the samples.
+struct Grid {
+    origin: [f64; 3],
+    a_side: f64,
+    /// The samples near a cell.
     near: HashMap<[i64; 3], Vec<u32>>,
-    /// Whether there may be such a cell, by a hash.
+    /// Whether there may be such a cell.
     maybe: Vec<u64>,
 }
 
-impl<'a> Grid<'a> {
-    fn new(least: [f64; 3], side: f64, places: &[[f64; 3]], open: &'a [usize]) -> Self {
-        let (near, maybe) = (HashMap::new(), vec![0; BITS / 64]);
-        let mut grid = Self { least, side, open, near, maybe };
-        for (number, k) in open.iter().enumerate() {
-            let [x, y, z] = grid.cell(places[*k]);
+impl Grid {
+    fn new(side: f64, places: &[[f64; 3]]) -> Self {
+        let (near, maybe) = (HashMap::new(), vec![0; TABLE * TABLE * TABLE / 64]);
+        let mut grid = Self { origin: places[0], a_side: 1.0 / side, near, maybe };
+        for (number, place) in places.iter().enumerate() {
+            let [x, y, z] = grid.cell(*place);
             for step in 0..27 {
-                let cell = [x + step % 3 - 1, y + step / 3 % 3 - 1, z + step / 9 - 1];
+                let cell = [
+                    x.saturating_add(step % 3 - 1),
+                    y.saturating_add(step / 3 % 3 - 1),
+                    z.saturating_add(step / 9 - 1),
+                ];
                 grid.near.entry(cell).or_default().push(number as u32);
-                let bit = hash(cell);
+                let bit = bit(cell);
                 grid.maybe[bit / 64] |= 1 << (bit % 64);
             }
         }
         grid
     }
 
+    /// The cell of a place.
+    #[inline]
     fn cell(&self, point: [f64; 3]) -> [i64; 3] {
-        [0, 1, 2].map(|axis| ((point[axis] - self.least[axis]) / self.side).floor() as i64)
+        [0, 1, 2].map(|axis| {
+            let at = (point[axis] - self.origin[axis]) * self.a_side;
+            // The floor, of which some processors know nothing.
+            let whole = at as i64;
+            whole.saturating_sub(i64::from(at < whole as f64))
+        })
     }
 
-    /// The distance of each open sample to the nearest of all particles elsewhere, if that is within
-    /// a side.
-    fn nearest(
+    /// Brings each sample nearer to its neighbour, if there is one within a side.
+    fn look<T: Copy + Into<f64> + Sync>(
         &self,
-        count: usize,
-        point: &(impl Fn(usize) -> [f64; 3] + Sync),
+        points: &[[T; 3]],
         places: &[[f64; 3]],
-    ) -> Vec<f64> {
-        let none = || vec![f64::INFINITY; self.open.len()];
-        let look = |mut nearest: Vec<f64>, index: usize| {
-            let other = point(index);
-            let cell = self.cell(other);
-            let bit = hash(cell);
-            if self.maybe[bit / 64] >> (bit % 64) & 1 == 0 {
-                return nearest;
-            }
-            for number in self.near.get(&cell).into_iter().flatten() {
-                let place = places[self.open[*number as usize]];
-                let distance = distance(place, other);
-                if distance > 0.0 {
+        nearest: &mut [f64],
+    ) {
+        let none = || vec![f64::INFINITY; places.len()];
+        let piece = |mut nearest: Vec<f64>, points: &[[T; 3]]| {
+            for point in points {
+                let other = point.map(Into::into);
+                let cell = self.cell(other);
+                let bit = bit(cell);
+                if self.maybe[bit / 64] >> (bit % 64) & 1 == 0 {
+                    continue;
+                }
+                for number in self.near.get(&cell).into_iter().flatten() {
+                    let distance = distance(places[*number as usize], other);
                     let to = &mut nearest[*number as usize];
-                    *to = to.min(distance);
+                    if distance > 0.0 && distance < *to {
+                        *to = distance;
+                    }
                 }
             }
             nearest
@@ -133,17 +154,19 @@ impl<'a> Grid<'a> {
             a.iter_mut().zip(b).for_each(|(a, b)| *a = a.min(b));
             a
         };
-        (0..count).into_par_iter().with_min_len(1 << 14).fold(none, look).reduce(none, less)
+        let found = points.par_chunks(PIECE).fold(none, piece).reduce(none, less);
+        nearest.iter_mut().zip(found).for_each(|(to, found)| *to = to.min(found));
     }
 }
 
-fn hash([x, y, z]: [i64; 3]) -> usize {
-    let mixed = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-        ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
-        ^ (z as u64).wrapping_mul(0x1656_67b1_9e37_79f9);
-    (mixed >> 48) as usize % BITS
+/// The place of a cell in a table in which cells come again and again.
+#[inline]
+fn bit(cell: [i64; 3]) -> usize {
+    let [x, y, z] = cell.map(|at| at as usize % TABLE);
+    (z * TABLE + y) * TABLE + x
 }
 
+#[inline]
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|axis| a[axis] - b[axis]);
     (x * x + y * y + z * z).sqrt()
@@ -170,7 +193,7 @@ mod tests {
     #[test]
     fn the_median_is_that_of_all_pairs() {
         for (seed, count, squeeze) in
-            [(1, 3000, 1.0), (2, 700, 1e-9), (3, 5, 1.0), (4, 2, 0.0), (5, 4000, 0.01)]
+            [(1, 3000, 1.0), (2, 700, 1e-9), (3, 5, 1.0), (4, 2, 0.0), (5, 40_000, 0.01)]
         {
             let random = Random { seed };
             let unit = |index: usize, k: u64| f64::from(random.unit(3 * index as u64 + k));
@@ -190,8 +213,12 @@ mod tests {
 
     #[test]
     fn without_two_places_there_is_none() {
-        for points in [&[][..], &[[1.0; 3]], &[[1.0; 3], [1.0; 3]]] {
+        for points in [&[][..], &[[1.0; 3]], &[[1.0; 3]; 2], &[[1.0; 3]; 700]] {
             assert_eq!(spacing(&Reals::F64(scene_column(points))), None);
         }
+        // Two places, of which the samples see one.
+        let mut points = vec![[1.0; 3]; 700];
+        points[699] = [2.0, 1.0, 1.0];
+        assert_eq!(spacing(&Reals::F64(scene_column(&points))), Some(1.0));
     }
 }

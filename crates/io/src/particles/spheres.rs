@@ -4,14 +4,14 @@
 //!
 //! * **Radius**: a column of radii, or of diameters; else the element's van der Waals radius; else
 //!   half the usual distance between neighbours ([`super::spacing`]).
-//! * **Colour**: a column of colours; else the element's (Jmol); else that of the type in a palette;
-//!   else one colour for all. A type has its colour in each frame and file, whichever other types
-//!   there are.
+//! * **Colour**: a column of colours; else the element's (Jmol); else that of the type in a
+//!   palette; else one colour for all. A type has its colour in each frame and file, whichever
+//!   other types there are.
 
 use rayon::prelude::*;
 
 use super::{Column, Particles, Role, Values, elements::Element, spacing::spacing};
-use crate::load::DEFAULT_COLOR;
+use crate::colors::DEFAULT_COLOR;
 use planisphere_core::{
     scene::{self, Block, Colors, Radii, Reals},
     text,
@@ -252,7 +252,7 @@ fn radii(
                 Some(distance) => (0.5 * distance, "half the usual distance of neighbours"),
                 None => (0.5, "no two particles are apart"),
             };
-            let words = format!("{} for all ({words})", radius * scale);
+            let words = format!("{} for all ({words})", short(radius * scale));
             Ok((Radii::Same(radius * scale), words))
         }
     }
@@ -351,6 +351,15 @@ fn colors(
             let words = format!("{} for all", hex(DEFAULT_COLOR));
             Ok((Colors::Same(DEFAULT_COLOR), words))
         }
+    }
+}
+
+/// A number in at most six digits, for people.
+fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    match rounded.abs() {
+        0.0 | 1e-4..1e9 => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
     }
 }
 
@@ -612,6 +621,7 @@ fn map_colors(
         ));
     }
     let colors = each(count, |index| color(index).unwrap_or(NAN_COLOR));
+    let [low, high] = [low, high].map(short);
     Ok((colors, format!("{}, by `{name}` from {low} to {high}", map.name())))
 }
 
@@ -621,7 +631,8 @@ mod tests {
 
     fn particles(columns: Vec<Column>, count: usize) -> Particles {
         let centers: Vec<f64> = (0..3 * count).map(|n| n as f64).collect();
-        Particles { centers: Reals::F64(centers.into()), columns, cell: None, notes: Vec::new() }
+        let (cell, notes, centers_from) = (None, Vec::new(), "x y z".into());
+        Particles { centers: Reals::F64(centers.into()), centers_from, columns, cell, notes }
     }
 
     fn reals(values: &[f64]) -> Values {

@@ -251,20 +251,40 @@ fn clock() -> Option<(i64, i64)> {
     None
 }
 
+/// A file that is in use, as it was when that began.
+#[derive(Debug)]
+pub(crate) struct Used {
+    file: File,
+    identity: Identity,
+    path: PathBuf,
+}
+
+impl Used {
+    /// A file that was opened, from now on.
+    pub fn new(path: &Path, file: File) -> io::Result<Self> {
+        Ok(Self { identity: settle(&file)?, file, path: path.into() })
+    }
+
+    /// Whether the file may have changed since.
+    pub fn changed(&self) -> Option<ChangedFile> {
+        let now = self.file.metadata().ok().map(|metadata| Identity::of(&metadata));
+        let changed = now.is_none_or(|now| self.identity.differs(&now, &self.path));
+        changed.then(|| ChangedFile { path: self.path.clone() })
+    }
+}
+
 /// A file's bytes, mapped.
 pub(crate) struct Mapped {
     /// Before the mapping, so that it goes first.
     #[cfg(unix)]
     guard: guard::Guard,
     map: Mmap,
-    file: File,
-    identity: Identity,
-    path: PathBuf,
+    used: Used,
 }
 
 impl fmt::Debug for Mapped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (path, length) = (&self.path, self.map.len());
+        let (path, length) = (&self.used.path, self.map.len());
         f.debug_struct("Mapped")
             .field("path", path)
             .field("length", &length)
@@ -290,18 +310,16 @@ impl AsRef<[u8]> for Shared {
 impl Mapped {
     /// Maps a file that was opened by [`open_regular`] and is not empty.
     pub fn new(path: &Path, file: File) -> io::Result<Arc<Self>> {
-        let identity = settle(&file)?;
+        let used = Used::new(path, file)?;
         // SAFETY: the map is only read. Another program can change the file meanwhile: numbers of
         // any value are read then, as every reader of this type must bear; whether that happened is
         // asked before anything is made of them. Where the file is cut short, the guard puts zeros.
-        let map = unsafe { Mmap::map(&file)? };
+        let map = unsafe { Mmap::map(&used.file)? };
         Ok(Arc::new(Self {
             #[cfg(unix)]
             guard: guard::Guard::new(&map),
             map,
-            file,
-            identity,
-            path: path.into(),
+            used,
         }))
     }
 
@@ -342,13 +360,11 @@ impl Mapped {
 
     /// Whether the file may have changed since it was opened.
     pub fn changed(&self) -> Option<ChangedFile> {
-        let changed = || ChangedFile { path: self.path.clone() };
         #[cfg(unix)]
         if self.guard.lost() {
-            return Some(changed());
+            return Some(ChangedFile { path: self.used.path.clone() });
         }
-        let now = self.file.metadata().ok().map(|metadata| Identity::of(&metadata));
-        now.is_none_or(|now| self.identity.differs(&now, &self.path)).then(changed)
+        self.used.changed()
     }
 }
 

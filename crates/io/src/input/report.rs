@@ -53,6 +53,17 @@ impl Fault {
         Self(Box::new(Parts { message, place: None, other: None, fix }))
     }
 
+    /// Whether it is at a place that can be shown.
+    pub fn has_place(&self) -> bool {
+        self.0.place.is_some()
+    }
+
+    /// Puts words before what is wrong.
+    pub fn of(mut self, what: &str) -> Self {
+        self.0.message.insert_str(0, what);
+        self
+    }
+
     /// Adds to what is wrong.
     pub fn but(mut self, more: &str) -> Self {
         self.0.message += more;
@@ -379,6 +390,12 @@ impl LoadError {
     /// The message alone, one line.
     pub fn message(&self) -> &str {
         &self.0.diagnostic.message
+    }
+
+    /// What to do about it, one line.
+    pub(crate) fn fix(&self) -> &str {
+        let notes = self.0.diagnostic.notes.first().map_or("", String::as_str);
+        notes.strip_prefix("fix: ").unwrap_or(notes)
     }
 
     /// The file that was to be read: the scene file, whose line and column these are, also where

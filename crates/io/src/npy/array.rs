@@ -13,13 +13,13 @@ use bytes::Bytes;
 use rayon::prelude::*;
 
 use crate::{
-    load::{
+    input::{
         mapped::{Mapped, OpenError, ReadError, SMALL, open_regular, read_at, read_whole},
         refused::Refused,
     },
     npy::{
         number::{Kind, Number, are_extended},
-        read::{self as npy, Descr, Field, Header},
+        read::{self as npy, Descr, Field, Header, NotNpy},
     },
 };
 use planisphere_core::{
@@ -41,9 +41,25 @@ fn while_wanted<T>(items: impl Iterator<Item = T>, control: &Control) -> impl It
 /// Bytes from which [`npy::extent`] knows where a header ends.
 const BEGINNING: usize = 12;
 
+impl From<NotNpy> for Refused {
+    fn from(error: NotNpy) -> Self {
+        let fix = match error {
+            NotNpy::Zip => {
+                "name an .npy file: load the archive with numpy.load, and give the one array of it \
+                 that is meant here to numpy.save"
+            }
+            NotNpy::Compressed => "unpack it with gunzip",
+            NotNpy::Pickle => "load it with pickle.load, and give the array to numpy.save",
+            NotNpy::Hdf5 => "load the data set that is meant with h5py, and give it to numpy.save",
+            NotNpy::Bad(_) => "write the array with numpy.save(name, array)",
+        };
+        Self::new(error.to_string(), fix)
+    }
+}
+
 /// What an array is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Key {
+pub(crate) enum Key {
     Centers,
     Radii,
     Colors,
@@ -89,7 +105,7 @@ pub struct Copied {
 }
 
 /// A file that holds an array, its numbers untouched.
-pub(super) struct Array {
+pub(crate) struct Array {
     /// All of the file.
     bytes: Bytes,
     /// Where the numbers begin.
@@ -103,7 +119,7 @@ pub(super) struct Array {
 }
 
 /// Numbers as the scene takes them.
-pub(super) struct Taken<T> {
+pub(crate) struct Taken<T> {
     pub numbers: T,
     /// Unless they lie in the file.
     pub copied: Option<Copied>,
@@ -153,6 +169,28 @@ impl Array {
         Self::of(bytes, header, offset, path, mapped, control.clone())
     }
 
+    /// The array that bytes are, all of them.
+    ///
+    /// # Errors
+    /// When they are none; when it is cancelled, here and in all that reads it.
+    #[cfg(feature = "npz")]
+    pub fn in_bytes(bytes: Bytes, control: &Control) -> Result<Self, Refused> {
+        let (header, offset) = npy::header(&bytes)?;
+        Self::of(bytes, header, offset, PathBuf::new(), None, control.clone())
+    }
+
+    /// What its header says.
+    #[cfg(feature = "npz")]
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The bytes that it is, and where its numbers begin in them.
+    #[cfg(feature = "npz")]
+    pub fn parts(&self) -> (&Bytes, usize) {
+        (&self.bytes, self.offset)
+    }
+
     fn of(
         bytes: Bytes,
         header: Header,
@@ -161,6 +199,12 @@ impl Array {
         mapped: Option<Arc<Mapped>>,
         control: Control,
     ) -> Result<Self, Refused> {
+        if let Descr::One(code) = &header.descr
+            && code.trim_start_matches(['|', '<', '>', '=']).starts_with('O')
+        {
+            // A pickle, of any length.
+            return Err(no_numbers("Python objects", "save an array of numbers, of type 'f8'"));
+        }
         let size = header
             .descr
             .size()
@@ -1087,6 +1131,12 @@ struct Names {
 }
 
 impl Key {
+    /// Whether an array of this name is meant by it.
+    #[cfg(feature = "npz")]
+    pub fn is_called(self, name: &str) -> bool {
+        self.names().wholes.iter().any(|whole| whole.eq_ignore_ascii_case(name))
+    }
+
     /// Names that a field may have.
     fn names(self) -> Names {
         match self {

@@ -50,9 +50,12 @@ const NAMED: [(&str, u32); 148] = [
     ("white", 0xffffff), ("whitesmoke", 0xf5f5f5), ("yellow", 0xffff00), ("yellowgreen", 0x9acd32),
 ];
 
+/// The colour of a sphere that has none in its file, sRGB.
+pub const DEFAULT_COLOR: [u8; 3] = [176, 176, 176];
+
 /// Why a string is not a colour.
 #[derive(Debug, PartialEq)]
-pub(super) struct NotAColor {
+pub(crate) struct NotAColor {
     /// What is wrong, to follow "which".
     pub problem: &'static str,
     /// A string to write instead, where one is certain or likely.
@@ -64,7 +67,7 @@ fn bytes(rgb: u32) -> [u8; 3] {
 }
 
 /// Reads a colour.
-pub(super) fn parse(text: &str) -> Result<[u8; 3], NotAColor> {
+pub(crate) fn parse(text: &str) -> Result<[u8; 3], NotAColor> {
     let wrong = |problem, instead| Err(NotAColor { problem, instead });
     if let Some(digits) = text.strip_prefix('#') {
         if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
@@ -111,8 +114,19 @@ pub(super) fn parse(text: &str) -> Result<[u8; 3], NotAColor> {
     wrong("is not a colour", near)
 }
 
+/// What is wrong with a colour that was typed, and how colours are written.
+pub(crate) fn words(wrong: &NotAColor) -> String {
+    let fix = match wrong.instead.as_deref() {
+        Some(instead) => format!("write \"{}\"", text::value(instead)),
+        None => "write \"#d94f3d\" (six hexadecimal digits, or three), or a name of CSS such as \
+                 tomato"
+            .into(),
+    };
+    format!("it {}; {fix}", wrong.problem)
+}
+
 /// What to write for a key whose value is not a colour.
-pub(super) fn fix(key: &str, wrong: Option<&NotAColor>) -> String {
+pub(crate) fn fix(key: &str, wrong: Option<&NotAColor>) -> String {
     match wrong.and_then(|wrong| wrong.instead.as_deref()) {
         Some(instead) => format!("write {key} = \"{}\"", text::value(instead)),
         None => format!(

@@ -1,0 +1,76 @@
+//! Writes NumPy archives (`.npz`): zip files of uncompressed arrays, the same bytes everywhere.
+
+use std::io::{self, Write};
+
+use zip::{
+    CompressionMethod, ZipWriter,
+    write::{SimpleFileOptions, StreamWriter},
+};
+
+use super::header;
+
+/// Bytes that are handed on at a time.
+const CHUNK: usize = 1 << 18;
+
+/// An archive on its way out, array by array.
+pub(crate) struct Archive<W: Write>(ZipWriter<StreamWriter<W>>);
+
+impl<W: Write> Archive<W> {
+    /// Begins it.
+    pub fn new(out: W) -> Self {
+        Self(ZipWriter::new_stream(out))
+    }
+
+    /// Begins an array: its header, and how many bytes its numbers have, which come next.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn start(&mut self, name: &str, header: &[u8], bytes: usize) -> io::Result<()> {
+        let large = bytes + header.len() > u32::MAX as usize;
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(large);
+        self.0.start_file(format!("{name}.npy"), options)?;
+        self.0.write_all(header)
+    }
+
+    /// Takes bytes of the array that was begun.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.0.write_all(bytes)
+    }
+
+    /// Writes a whole array, whose items are given as their bytes.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn array<const N: usize>(
+        &mut self,
+        name: &str,
+        descr: &str,
+        shape: &[usize],
+        items: impl Iterator<Item = [u8; N]>,
+    ) -> io::Result<()> {
+        let size = descr[2..].parse::<usize>().unwrap_or(1) * shape.iter().product::<usize>();
+        self.start(name, &header(descr, shape), size)?;
+        let mut bytes = Vec::with_capacity(CHUNK + N);
+        for item in items {
+            bytes.extend(item);
+            if bytes.len() >= CHUNK {
+                self.write_all(&bytes)?;
+                bytes.clear();
+            }
+        }
+        self.write_all(&bytes)
+    }
+
+    /// Ends it.
+    ///
+    /// # Errors
+    /// The writer's.
+    pub fn finish(self) -> io::Result<()> {
+        self.0.finish().map(|_| ()).map_err(io::Error::from)
+    }
+}

@@ -1,0 +1,336 @@
+//! Numbers of fixed size in bytes, read in parallel: records of one length go straight into
+//! columns.
+//!
+//! A number keeps its value: 32-bit floats stay what they are, and nothing is rounded.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{Data, Role, Values};
+use crate::{
+    input::report::Fault,
+    npy::number::{Kind, Number},
+};
+use planisphere_core::{drawing::Control, scene::Reals, text};
+use planisphere_memory as memory;
+
+/// Bytes of records that are read at a time, for each thread.
+const BATCH: usize = 1 << 21;
+
+/// Records that a thread reads at a time.
+const SOME: usize = 1 << 14;
+
+/// Where records lie.
+#[derive(Clone, Debug)]
+pub(super) struct Records {
+    /// Where the first begins.
+    pub start: usize,
+    /// Bytes from one to the next.
+    pub stride: usize,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// What kind of values a column has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// 32-bit floats.
+    F32,
+    /// 64-bit floats.
+    F64,
+    /// Integers, of which each is a 64-bit float as well.
+    Integers,
+    /// Bytes.
+    Bytes,
+}
+
+impl Form {
+    /// Bytes of a value.
+    fn size(self) -> usize {
+        match self {
+            Self::F32 => 4,
+            Self::F64 | Self::Integers => 8,
+            Self::Bytes => 1,
+        }
+    }
+
+    /// That of a column. Bytes that are no types or ids take no more memory than in the file; of
+    /// those with a sign, a 32-bit float has each value.
+    pub fn of(number: Number, role: Role) -> Self {
+        match (number.kind, number.size) {
+            (Kind::Float, ..=4) => Self::F32,
+            (Kind::Float, _) => Self::F64,
+            (Kind::Uint, 1) if role == Role::Other => Self::Bytes,
+            (_, 1) if role == Role::Other => Self::F32,
+            _ => Self::Integers,
+        }
+    }
+
+    /// That of real numbers of some types, the shortest that holds all of them.
+    pub fn reals(numbers: impl IntoIterator<Item = Number>) -> Self {
+        if numbers.into_iter().all(Number::fits_f32) { Self::F32 } else { Self::F64 }
+    }
+}
+
+/// A column that is read: the numbers of a record that go to it.
+#[derive(Clone, Debug)]
+pub(super) struct Target {
+    /// What its values become.
+    pub form: Form,
+    /// Where each number lies, from the beginning of the record, and its type.
+    pub parts: Vec<(usize, Number)>,
+}
+
+/// Reads the columns of records.
+///
+/// # Errors
+/// When they do not lie in the bytes, there is no memory for them, or it is cancelled.
+pub(super) fn read(
+    data: &Data,
+    records: &Records,
+    targets: &[Target],
+    control: &Control,
+) -> Result<Vec<Values>, Fault> {
+    let bytes = data.as_slice();
+    let &Records { start, stride, count } = records;
+    check(bytes.len(), records, targets)?;
+    let mut columns = rooms(targets, count)?;
+    let at_once = (BATCH * rayon::current_num_threads() / stride.max(1)).max(SOME);
+    for first in (0..count).step_by(at_once) {
+        control.reach(first as f32 / count as f32);
+        Fault::if_cancelled(control)?;
+        let some = first..count.min(first + at_once);
+        let there = start + stride * some.start..(start + stride * some.end).min(bytes.len());
+        data.begin(there.clone());
+        columns.par_iter_mut().zip(targets).for_each(|(column, target)| {
+            for (component, (at, number)) in target.parts.iter().enumerate() {
+                column.fill(bytes, (start + at, stride), some.clone(), component, *number);
+            }
+        });
+        data.done(there);
+    }
+    Ok(columns.into_iter().map(Room::into_values).collect())
+}
+
+/// Sees that all numbers lie in so many bytes.
+fn check(length: usize, records: &Records, targets: &[Target]) -> Result<(), Fault> {
+    let Some(last) = records.count.checked_sub(1) else { return Ok(()) };
+    let end = |(at, number): &(usize, Number)| {
+        let last = records.start.checked_add(records.stride.checked_mul(last)?)?;
+        last.checked_add(*at)?.checked_add(number.size)
+    };
+    let inside = |part| end(part).is_some_and(|end| end <= length);
+    if targets.iter().flat_map(|target| &target.parts).all(inside) {
+        return Ok(());
+    }
+    Err(Fault::whole(
+        format!("{} records do not fit into the {length} bytes that there are", records.count),
+        "wait until the file is written, or write it again",
+    ))
+}
+
+/// Columns of zeros, if there is memory for them.
+pub(super) fn rooms(targets: &[Target], count: usize) -> Result<Vec<Room>, Fault> {
+    let row: usize = targets.iter().map(|target| target.form.size() * target.parts.len()).sum();
+    let needed = row.saturating_mul(count) as u64;
+    memory::room(needed).map_err(|available| {
+        let [needed, available] = [needed, available].map(text::bytes);
+        Fault::whole(
+            format!("{count} particles take {needed} of memory, and {available} is available"),
+            "free some memory, or draw fewer particles at a time",
+        )
+    })?;
+    Ok(targets.iter().map(|target| Room::new(target, count)).collect())
+}
+
+/// A column that is being filled, and how many values a record has.
+#[derive(Debug)]
+pub(super) enum Room {
+    F32(Vec<f32>, usize),
+    F64(Vec<f64>, usize),
+    Integers(Vec<i64>, usize),
+    Bytes(Vec<u8>, usize),
+}
+
+impl Room {
+    fn new(target: &Target, count: usize) -> Self {
+        use bytemuck::allocation::zeroed_vec;
+        let width = target.parts.len();
+        match target.form {
+            Form::F32 => Self::F32(zeroed_vec(width * count), width),
+            Form::F64 => Self::F64(zeroed_vec(width * count), width),
+            Form::Integers => Self::Integers(zeroed_vec(width * count), width),
+            Form::Bytes => Self::Bytes(zeroed_vec(width * count), width),
+        }
+    }
+
+    /// Reads one number of each of some records: `place` is where that of the first record lies,
+    /// and the bytes from one to the next.
+    fn fill(
+        &mut self,
+        bytes: &[u8],
+        place: (usize, usize),
+        some: Range<usize>,
+        component: usize,
+        number: Number,
+    ) {
+        let (size, slot) = (number.size, (some, component));
+        let float = |wanted| number.kind == Kind::Float && number.size == wanted && !number.big;
+        match self {
+            Self::F32(to, width) if float(4) => {
+                gather(to, *width, slot, bytes, place, size, |cell| four(cell, f32::from_le_bytes));
+            }
+            Self::F32(to, width) => {
+                gather(to, *width, slot, bytes, place, size, |cell| number.read(cell).0 as f32);
+            }
+            Self::F64(to, width) if float(8) => {
+                gather(to, *width, slot, bytes, place, size, |cell| {
+                    cell.first_chunk().map_or(0.0, |cell| f64::from_le_bytes(*cell))
+                });
+            }
+            Self::F64(to, width) => {
+                gather(to, *width, slot, bytes, place, size, |cell| number.read(cell).0);
+            }
+            Self::Integers(to, width) => {
+                gather(to, *width, slot, bytes, place, size, |cell| integer(number, cell));
+            }
+            Self::Bytes(to, width) => gather(to, *width, slot, bytes, place, size, |cell| cell[0]),
+        }
+    }
+
+    /// Sets one number of one record.
+    pub fn set(&mut self, record: usize, component: usize, number: Number, cell: &[u8]) {
+        match self {
+            Self::F32(to, width) => to[record * *width + component] = number.read(cell).0 as f32,
+            Self::F64(to, width) => to[record * *width + component] = number.read(cell).0,
+            Self::Integers(to, width) => to[record * *width + component] = integer(number, cell),
+            Self::Bytes(to, width) => to[record * *width + component] = cell[0],
+        }
+    }
+
+    /// What was read.
+    pub fn into_values(self) -> Values {
+        match self {
+            Self::F32(values, _) => Values::Reals(Reals::F32(values.into())),
+            Self::F64(values, _) => Values::Reals(Reals::F64(values.into())),
+            Self::Integers(values, _) => Values::Integers(values),
+            Self::Bytes(values, _) => Values::Bytes(values.into()),
+        }
+    }
+}
+
+/// A number of four bytes.
+#[inline]
+fn four<T: Default>(cell: &[u8], read: fn([u8; 4]) -> T) -> T {
+    cell.first_chunk().map_or_else(T::default, |cell| read(*cell))
+}
+
+/// An integer; of 8 bytes, all of its bits.
+#[inline]
+fn integer(number: Number, cell: &[u8]) -> i64 {
+    match <[u8; 8]>::try_from(cell) {
+        Ok(cell) if number.big => i64::from_be_bytes(cell),
+        Ok(cell) => i64::from_le_bytes(cell),
+        Err(_) => number.read(cell).0 as i64,
+    }
+}
+
+/// Reads one number of each record into every `width`th value.
+fn gather<T: Send>(
+    to: &mut [T],
+    width: usize,
+    (some, component): (Range<usize>, usize),
+    bytes: &[u8],
+    (first, stride): (usize, usize),
+    size: usize,
+    read: impl Fn(&[u8]) -> T + Sync,
+) {
+    let to = &mut to[some.start * width..some.end * width];
+    to.par_chunks_mut(width * SOME).enumerate().for_each(|(part, to)| {
+        let mut at = first + stride * (some.start + part * SOME);
+        for row in to.chunks_exact_mut(width) {
+            row[component] = read(&bytes[at..at + size]);
+            at += stride;
+        }
+    });
+}
+
+/// Whether a number is a byte.
+pub(super) fn is_byte(number: Number) -> bool {
+    number.kind == Kind::Uint && number.size == 1
+}
+
+/// Channels as colours: bytes, or reals from 0 to 1. Whatever else they are is no colour, unless
+/// each is a byte's number, which is said. `bytes`: the file has them as bytes.
+pub(super) fn colors(values: Values, bytes: bool, notes: &mut Vec<String>) -> (Role, Values) {
+    let all = |test: fn(f64) -> bool| {
+        let holds = |at: usize| values.get(at).is_some_and(test);
+        (0..values.len()).into_par_iter().all(holds)
+    };
+    if matches!(values, Values::Bytes(_)) {
+        return (Role::Color, values);
+    }
+    if matches!(values, Values::Reals(_)) && all(|value| (0.0..=1.0).contains(&value)) {
+        return (Role::Color, values);
+    }
+    if all(|value| (0.0..=255.0).contains(&value) && value.fract() == 0.0) {
+        let byte = |at: usize| values.get(at).unwrap_or(0.0) as u8;
+        let of_bytes: Vec<u8> = (0..values.len()).into_par_iter().map(byte).collect();
+        if !bytes {
+            notes.push("red, green and blue are no bytes: they are taken as 0 to 255".into());
+        }
+        return (Role::Color, Values::Bytes(of_bytes.into()));
+    }
+    notes.push(
+        "red, green and blue are neither from 0 to 1 nor integers from 0 to 255: no colours".into(),
+    );
+    (Role::Other, values)
+}
+
+/// The first number that is not finite, by its place.
+pub(super) fn first_not_finite(reals: &Reals) -> Option<usize> {
+    match reals {
+        Reals::F32(values) => values.as_slice().par_iter().position_first(|v| !v.is_finite()),
+        Reals::F64(values) => values.as_slice().par_iter().position_first(|v| !v.is_finite()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+
+    use super::*;
+
+    #[test]
+    fn numbers_go_to_their_places() {
+        let count = 3 * SOME + 5;
+        let record = |n: usize| {
+            let (real, byte) = (n as f32, n as u8);
+            let double = f64::from(real + 0.5).to_be_bytes();
+            [&[7u8][..], &real.to_le_bytes(), &double, &[byte]].concat()
+        };
+        let mut bytes = vec![1, 2, 3];
+        bytes.extend((0..count).flat_map(record));
+        let number = |code| Number::of(code).unwrap();
+        let targets = [
+            Target { form: Form::F32, parts: vec![(1, number("<f4"))] },
+            Target { form: Form::F64, parts: vec![(5, number(">f8")), (1, number("<f4"))] },
+            Target { form: Form::Bytes, parts: vec![(13, number("|u1"))] },
+            Target { form: Form::Integers, parts: vec![(0, number("|i1"))] },
+        ];
+        let data = Data::from(Bytes::from(bytes));
+        let records = Records { start: 3, stride: 14, count };
+        let columns = read(&data, &records, &targets, &Control::new()).unwrap();
+        for row in [0, 1, SOME, count - 1] {
+            let n = row as f64;
+            let found = [(0, row), (1, 2 * row), (1, 2 * row + 1), (2, row), (3, row)];
+            let found = found.map(|(column, at): (usize, usize)| columns[column].get(at).unwrap());
+            assert_eq!(found, [n, n + 0.5, n, f64::from(row as u8), 7.0]);
+        }
+        let records = Records { count: count + 1, ..records };
+        read(&data, &records, &targets, &Control::new()).expect_err("beyond the end");
+        let records = Records { count: usize::MAX, ..records };
+        read(&data, &records, &targets, &Control::new()).expect_err("beyond all ends");
+    }
+}
