@@ -33,6 +33,7 @@
 //! | `png` | [`Picture::write_png`], to any writer |
 //! | `files` | [`Picture::save`]: whole files or none; brings `png`; with `parts` [`files`] |
 //! | `read` | [`read`]: scene files and their arrays |
+//! | `formats` | [`read`] takes files of particles, too: XYZ, LAMMPS, PDB ...; brings `read` |
 //! | `parts` | [`Part`]: pictures of which each machine draws a part |
 //! | `gpu` | GPUs by wgpu ([`Device`]), and devices of yours ([`Renderer::from_wgpu`]) |
 //! | `cli`, `window`, `bench` | the program; on by default |

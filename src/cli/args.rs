@@ -8,7 +8,11 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use super::bench::BenchArgs;
 use super::{
     Failure,
+    camera::CameraArgs,
+    convert::ConvertArgs,
+    info::InfoArgs,
     parse::{parse_device, parse_region, parse_size, parse_some},
+    reading::ReadingArgs,
 };
 use planisphere_io::output::Target;
 use planisphere_renderer::{Device, Region, files::Sinks};
@@ -49,7 +53,20 @@ Examples:
   generate | planisphere render - -o out.png
       reads the scene from standard input
   planisphere render half.toml -o none --visibility half.npz --first-index 1000
-      a part of a picture, for `planisphere merge`";
+      a part of a picture, for `planisphere merge`
+  planisphere render run.dump --frame last --color-by q --map coolwarm
+      the last frame of a trajectory, coloured by a column
+  planisphere render protein.cif --radius covalent --view x --background white
+      an atomic structure, smaller spheres, seen along the x axis";
+
+const CONVERT_EXAMPLES: &str = "\
+Examples:
+  planisphere convert run.dump --frame last last.npz
+      centers (N, 3), radii and colors, and every other column under its name
+  planisphere convert run.dump --frames 0..100:10 frame-{frame}.ply
+      every tenth frame, each in a file of its own
+  planisphere convert scene.toml spheres.npz
+      the spheres of a scene file";
 
 const MERGE_EXAMPLES: &str = "\
 Each part holds some of the spheres (its own scene file, and --first-index: the
@@ -83,7 +100,8 @@ spheres that are seen.";
 
 #[derive(Subcommand)]
 pub(super) enum Command {
-    /// Draw a scene file into a PNG and, if asked, into arrays of sphere indices and depths
+    /// Draw a scene, or a file of particles, into a PNG and, if asked, into arrays of sphere
+    /// indices and depths
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
     /// Merge parts of a picture, drawn by several runs or machines, into the picture of one
@@ -93,8 +111,12 @@ pub(super) enum Command {
     #[cfg(feature = "window")]
     #[command(after_long_help = format!("Keys and mouse:\n{}", planisphere_window::KEYS))]
     View(ViewArgs),
-    /// List the devices found, what each lacks, and which one `--device auto` takes
-    Info,
+    /// Say what is in a file; without one, list the devices found, what each lacks, and which one
+    /// `--device auto` takes
+    Info(InfoArgs),
+    /// Write particles, or a scene, as a NumPy archive, PLY or extended XYZ
+    #[command(after_long_help = CONVERT_EXAMPLES)]
+    Convert(ConvertArgs),
     /// Write the arrays and the scene file of a large example scene
     Make(MakeArgs),
     /// Measure how fast pictures are drawn, and how right they are
@@ -112,7 +134,10 @@ pub(super) enum Command {
 /// `render`, as typed.
 #[derive(ClapArgs)]
 pub(super) struct RenderArgs {
-    /// Scene file (TOML), or - for standard input
+    /// Scene file (TOML), or a file of particles: XYZ, LAMMPS, PDB, mmCIF, GRO, PLY, CSV, npz, GSD,
+    /// XTC, DCD; - for standard input
+    ///
+    /// The format is told by the content, also of what is compressed (gzip, zstd, xz, bzip2).
     #[arg(value_hint = clap::ValueHint::FilePath)]
     scene: PathBuf,
 
@@ -190,6 +215,12 @@ pub(super) struct RenderArgs {
     /// Print one JSON object on standard output: device, counts, milliseconds of every step
     #[arg(long)]
     stats: bool,
+
+    #[command(flatten)]
+    reading: ReadingArgs,
+
+    #[command(flatten)]
+    camera: CameraArgs,
 }
 
 /// The largest first index: indices are written as int64.
@@ -337,6 +368,10 @@ pub(super) struct RenderRequest {
     pub device: Device,
     /// Whether to print statistics.
     pub stats: bool,
+    /// How a file of particles is read.
+    pub reading: ReadingArgs,
+    /// In place of the scene's camera.
+    pub camera: CameraArgs,
 }
 
 impl RenderArgs {
@@ -350,8 +385,8 @@ impl RenderArgs {
         let arrays = [self.ids, self.depth, self.visibility];
         let sinks = sinks(picture, self.palette, arrays, self.first_index);
         let sinks = checked(sinks, self.stats)?;
-        let Self { scene, explain, size, region, device, stats, .. } = self;
-        Ok(RenderRequest { scene, sinks, explain, size, region, device, stats })
+        let Self { scene, explain, size, region, device, stats, reading, camera, .. } = self;
+        Ok(RenderRequest { scene, sinks, explain, size, region, device, stats, reading, camera })
     }
 }
 
@@ -373,7 +408,8 @@ fn default_output(scene: &Path) -> Result<PathBuf, Failure> {
 #[cfg(feature = "window")]
 #[derive(ClapArgs)]
 pub(super) struct ViewArgs {
-    /// Scene file (TOML), or - for standard input
+    /// Scene file (TOML), or a file of particles: XYZ, LAMMPS, PDB, mmCIF, GRO, PLY, CSV, npz, GSD,
+    /// XTC, DCD; - for standard input
     #[arg(value_hint = clap::ValueHint::FilePath)]
     pub scene: PathBuf,
 
@@ -390,6 +426,12 @@ pub(super) struct ViewArgs {
     /// As for `render`; the window itself needs no GPU and no driver.
     #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
     pub device: Device,
+
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
 }
 
 /// `make`, as typed.

@@ -6,12 +6,15 @@
 mod args;
 #[cfg(feature = "bench")]
 mod bench;
+mod camera;
+mod convert;
 mod ends;
 mod info;
 mod make;
 mod merge;
 mod parse;
 mod progress;
+mod reading;
 mod render;
 mod signals;
 #[cfg(feature = "window")]
@@ -184,7 +187,8 @@ fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
         args::Command::Merge(args) => {
             args.request().and_then(|request| merge::run(&request, start))
         }
-        args::Command::Info => info::run(),
+        args::Command::Info(args) => info::run(&args),
+        args::Command::Convert(args) => convert::run(&args),
         args::Command::Make(args) => make::run(&args),
         #[cfg(feature = "bench")]
         args::Command::Bench(args) => bench::run(args),

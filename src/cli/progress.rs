@@ -1,5 +1,5 @@
-//! Says on a terminal what takes long: nothing for the first second, then one line that counts the
-//! seconds.
+//! Says on a terminal what takes long: nothing for the first half second, then one line with how
+//! much of it is done, as far as that is known, and the seconds.
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -9,6 +9,10 @@ use std::{
 };
 
 use super::ends::notes_are_heard;
+use planisphere_io::load::Control;
+
+/// How often the line is written.
+const EVERY: Duration = Duration::from_millis(500);
 
 /// A step that is under way, until dropped.
 pub(super) struct Progress {
@@ -18,6 +22,12 @@ pub(super) struct Progress {
 impl Progress {
     /// Begins a step, named by what is being done, such as "drawing".
     pub fn step(doing: &'static str) -> Self {
+        Self::of(doing, &Control::new())
+    }
+
+    /// The same, which says how much of it is done.
+    pub fn of(doing: &'static str, control: &Control) -> Self {
+        let control = control.clone();
         if !io::stderr().is_terminal() || !notes_are_heard() {
             return Self { stop: None };
         }
@@ -25,9 +35,13 @@ impl Progress {
         let start = Instant::now();
         let thread = thread::Builder::new().spawn(move || {
             let mut shown = false;
-            while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(Duration::from_secs(1))
-            {
-                let _ = write!(io::stderr(), "\r{doing} ... {} s", start.elapsed().as_secs());
+            while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(EVERY) {
+                let (seconds, done) = (start.elapsed().as_secs(), control.progress());
+                let done = match (100.0 * done) as u32 {
+                    0 => String::new(),
+                    percent => format!(" {percent} %,"),
+                };
+                let _ = write!(io::stderr(), "\r\x1b[K{doing} ...{done} {seconds} s");
                 shown = true;
             }
             if shown {

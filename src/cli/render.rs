@@ -13,7 +13,7 @@ use super::{
     say, unless_changed,
 };
 use planisphere_io::{
-    load::{self, Copied, Loaded},
+    load::{Control, Copied, Loaded},
     text,
 };
 #[cfg(feature = "gpu")]
@@ -158,8 +158,10 @@ pub(super) fn run(asked: &RenderRequest, start: Instant) -> Result<(), Failure> 
 
 /// Reads the scene, says what is unusual about it, and makes it a request.
 fn load(asked: &RenderRequest, ends: &mut Ends) -> Result<(Loaded, Request), Failure> {
-    let progress = Progress::step("loading");
-    let mut loaded = load::load(&asked.scene)?;
+    let control = Control::new();
+    let progress = Progress::of("loading", &control);
+    let mut loaded = asked.reading.load(&asked.scene, &control)?;
+    asked.camera.apply(&mut loaded)?;
     if let Some([width, height]) = asked.size {
         (loaded.image.width, loaded.image.height) = (width, height);
     }
@@ -173,8 +175,14 @@ fn load(asked: &RenderRequest, ends: &mut Ends) -> Result<(Loaded, Request), Fai
     loaded.files.iter().for_each(|path| ends.reads(path));
     ends.check()?;
     drop(progress);
-    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
+    say_read(&loaded);
     Ok((loaded, request))
+}
+
+/// Says what was understood of files, and what is unusual.
+pub(super) fn say_read(loaded: &Loaded) {
+    loaded.understood.iter().for_each(|line| say(line));
+    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
 }
 
 /// What a step of drawing is called.

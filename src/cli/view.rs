@@ -5,17 +5,25 @@ use std::{
     path::Path,
 };
 
-use super::{Failure, args::ViewArgs, progress::Progress, render::say_device, say};
-use planisphere_io::load;
+use super::{
+    Failure,
+    args::ViewArgs,
+    progress::Progress,
+    render::{say_device, say_read},
+    say,
+};
+use planisphere_io::load::Control;
 use planisphere_renderer::Renderer;
 use planisphere_window::{Display, Shown, Start};
 
 /// Shows the window until it is closed.
 pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
-    let progress = Progress::step("loading");
-    let loaded = load::load(&args.scene)?;
+    let control = Control::new();
+    let progress = Progress::of("loading", &control);
+    let mut loaded = args.reading.load(&args.scene, &control)?;
+    args.camera.apply(&mut loaded)?;
     drop(progress);
-    loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
+    say_read(&loaded);
     // Before the device: a display is missing more often, and looking for it takes no time.
     // SAFETY: the threads that run by now (those of the pool and of progress) use the environment
     // through `std::env` if at all. No driver is loaded yet.

@@ -1,0 +1,242 @@
+//! `planisphere convert`: particles and scenes into files that other programs read.
+
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use clap::{Args as ClapArgs, ValueEnum};
+
+use super::{Failure, ends::Ends, progress::Progress, reading::ReadingArgs, say};
+use planisphere_io::{
+    load::{Control, Opened, open},
+    output::{Target, commit},
+    particles::{Frame, Understood, understand, write::Output},
+};
+
+/// `convert`, as typed.
+#[derive(ClapArgs)]
+pub(super) struct ConvertArgs {
+    /// File of particles, or scene file; - for standard input
+    #[arg(value_hint = clap::ValueHint::FilePath)]
+    input: PathBuf,
+
+    /// File to write: .npz, .ply or .xyz; - for standard output (with --to)
+    ///
+    /// With --frames its name holds {frame}, in whose place comes the number of the frame.
+    #[arg(required_unless_present = "to", value_hint = clap::ValueHint::FilePath)]
+    output: Option<PathBuf>,
+
+    /// Format to write, instead of that of the name; `none` reads all and writes nothing
+    #[arg(long, value_name = "FORMAT")]
+    to: Option<To>,
+
+    /// Frames, each into a file of its own: A..B without B, A.. to the end; A..B:STEP
+    #[arg(long, value_name = "A..B[:STEP]", value_parser = parse_frames, conflicts_with = "frame")]
+    frames: Option<Frames>,
+
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+/// What can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum To {
+    /// NumPy archive: centers, radii, colors, and every other column
+    Npz,
+    /// PLY, binary
+    Ply,
+    /// Extended XYZ
+    Xyz,
+    /// Nothing
+    None,
+}
+
+/// Numbers of frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Frames {
+    first: usize,
+    /// One past the last, if it is given.
+    end: Option<usize>,
+    step: usize,
+}
+
+fn parse_frames(typed: &str) -> Result<Frames, String> {
+    let fix = || "write A..B, A.. or A..B:STEP, such as 0..100:10; B is not among them".to_owned();
+    let number = |text: &str| text.trim().parse::<usize>().map_err(|_| fix());
+    let (range, step) = match typed.split_once(':') {
+        Some((range, step)) => (range, number(step)?),
+        None => (typed, 1),
+    };
+    let (first, end) = range.split_once("..").ok_or_else(fix)?;
+    let first = if first.trim().is_empty() { 0 } else { number(first)? };
+    let end = if end.trim().is_empty() { None } else { Some(number(end)?) };
+    if step == 0 || end.is_some_and(|end| end <= first) {
+        return Err(fix());
+    }
+    Ok(Frames { first, end, step })
+}
+
+/// Reads, and writes what was asked for.
+pub(super) fn run(args: &ConvertArgs) -> Result<(), Failure> {
+    let to = args.format()?;
+    let target = args.output.as_deref().filter(|_| to != To::None);
+    if args.frames.is_none() {
+        return args.one(to, target.map(Target::from_arg));
+    }
+    if let Some(target) = target
+        && !target.to_string_lossy().contains("{frame}")
+    {
+        return Err(Failure::Usage(format!(
+            "--frames writes a file for each frame; put {{frame}} into the name, such as \
+             out-{{frame}}.{}",
+            to.ending()
+        )));
+    }
+    args.several(to, target)
+}
+
+impl To {
+    fn ending(self) -> &'static str {
+        match self {
+            Self::Npz => "npz",
+            Self::Ply => "ply",
+            Self::Xyz => "xyz",
+            Self::None => "none",
+        }
+    }
+}
+
+impl ConvertArgs {
+    /// What is to be written: as it was typed, or by the name.
+    fn format(&self) -> Result<To, Failure> {
+        if let Some(to) = self.to {
+            if to != To::None && self.output.is_none() {
+                let words = format!("--to {} needs a file to write, or -", to.ending());
+                return Err(Failure::Usage(words));
+            }
+            return Ok(to);
+        }
+        let name = self.output.as_deref().unwrap_or(Path::new(""));
+        if name == Path::new("none") {
+            return Ok(To::None);
+        }
+        let ending = name.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        let all = [To::Npz, To::Ply, To::Xyz];
+        let found = all.into_iter().find(|to| to.ending().eq_ignore_ascii_case(ending));
+        found.ok_or_else(|| {
+            Failure::Usage(format!(
+                "{} names no format that is written; name it .npz, .ply or .xyz, or say --to npz",
+                planisphere_io::text::name(name)
+            ))
+        })
+    }
+
+    /// One frame.
+    fn one(&self, to: To, target: Option<Target>) -> Result<(), Failure> {
+        let control = Control::new();
+        let mut ends = Ends::new(target.iter().map(|target| ("OUT", target)).collect(), None);
+        ends.reads(&self.input);
+        ends.check()?;
+        let options = self.reading.options();
+        let progress = Progress::of("reading", &control);
+        match open(&self.input, &options, &control)? {
+            Opened::Scene(loaded) => {
+                drop(progress);
+                self.reading.refuse_for_scene(&self.input)?;
+                let blocks: Vec<_> =
+                    loaded.scene.blocks().map(|(_, block)| block.clone()).collect();
+                let output = Output { blocks: &blocks, columns: &[], cell: None };
+                super::unless_changed(&loaded.watch, || write(&output, to, target))
+            }
+            Opened::Particles(file) => {
+                let found = understand(&file, options.frame, &options.appearance, &control)?;
+                drop(progress);
+                say(&found.line);
+                write_frame(&found, to, target)?;
+                file.unchanged()?;
+                Ok(())
+            }
+        }
+    }
+
+    /// Several frames, each into a file of its own.
+    fn several(&self, to: To, name: Option<&Path>) -> Result<(), Failure> {
+        let control = Control::new();
+        let frames = self.frames.expect("there are several");
+        let options = self.reading.options();
+        let Opened::Particles(file) = open(&self.input, &options, &control)? else {
+            return Err(Failure::Usage("--frames is for files of particles".into()));
+        };
+        let mut frame = frames.first;
+        let mut written = 0;
+        while frames.end.is_none_or(|end| frame < end) {
+            // The first must be there; after the last an open range ends.
+            if frames.end.is_none() && written > 0 && !file.has_more_than(frame, &control)? {
+                break;
+            }
+            let asked = Frame::FromFirst(frame);
+            let found = understand(&file, asked, &options.appearance, &control)?;
+            if written == 0 {
+                say(&found.line);
+            }
+            let target = name.map(|name| {
+                let name = name.to_string_lossy().replace("{frame}", &frame.to_string());
+                Target::from_arg(Path::new(&name))
+            });
+            let mut ends = Ends::new(target.iter().map(|target| ("OUT", target)).collect(), None);
+            ends.reads(&self.input);
+            ends.check()?;
+            write_frame(&found, to, target)?;
+            file.unchanged()?;
+            written += 1;
+            frame = match frame.checked_add(frames.step) {
+                Some(frame) => frame,
+                None => break,
+            };
+        }
+        say(&format!("{written} frames"));
+        Ok(())
+    }
+}
+
+fn write_frame(found: &Understood, to: To, target: Option<Target>) -> Result<(), Failure> {
+    let Understood { particles, spheres, .. } = found;
+    let blocks = std::slice::from_ref(&spheres.block);
+    write(&Output { blocks, columns: &particles.columns, cell: particles.cell }, to, target)
+}
+
+/// Writes one file, whole or not at all.
+fn write(output: &Output<'_>, to: To, target: Option<Target>) -> Result<(), Failure> {
+    let Some(target) = target else { return Ok(()) };
+    let progress = Progress::step("writing");
+    let mut left_out = Vec::new();
+    let staged = target.stage(|out: &mut dyn Write| -> io::Result<()> {
+        match to {
+            To::Npz => output.write_npz(out),
+            To::Ply => output.write_ply(out).map(|words| left_out = words),
+            To::Xyz => output.write_xyz(out),
+            To::None => Ok(()),
+        }
+    })?;
+    let notes = commit(vec![staged])?;
+    drop(progress);
+    left_out.iter().chain(&notes).for_each(|note| say(&format!("note: {note}")));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_frames() {
+        let frames = |first, end, step| Ok(Frames { first, end, step });
+        assert_eq!(parse_frames("0..10"), frames(0, Some(10), 1));
+        assert_eq!(parse_frames("5.."), frames(5, None, 1));
+        assert_eq!(parse_frames("..4:2"), frames(0, Some(4), 2));
+        for bad in ["", "5", "5..5", "5..2", "0..5:0", "a..b", "0..5:-1"] {
+            assert!(parse_frames(bad).is_err(), "{bad}");
+        }
+    }
+}
