@@ -13,12 +13,22 @@ use super::header;
 const CHUNK: usize = 1 << 18;
 
 /// An archive on its way out, array by array.
-pub(crate) struct Archive<W: Write>(ZipWriter<StreamWriter<W>>);
+pub(crate) struct Archive<W: Write> {
+    zip: ZipWriter<StreamWriter<W>>,
+    /// Each array begins at a multiple of so many bytes, so that it can be used where it lies.
+    alignment: u16,
+}
 
 impl<W: Write> Archive<W> {
     /// Begins it.
     pub fn new(out: W) -> Self {
-        Self(ZipWriter::new_stream(out))
+        Self { zip: ZipWriter::new_stream(out), alignment: 0 }
+    }
+
+    /// Begins one whose arrays can be used where they lie.
+    #[cfg(feature = "convert")]
+    pub fn aligned(out: W) -> Self {
+        Self { alignment: 64, ..Self::new(out) }
     }
 
     /// Begins an array: its header, and how many bytes its numbers have, which come next.
@@ -29,9 +39,10 @@ impl<W: Write> Archive<W> {
         let large = bytes + header.len() > u32::MAX as usize;
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
+            .with_alignment(self.alignment)
             .large_file(large);
-        self.0.start_file(format!("{name}.npy"), options)?;
-        self.0.write_all(header)
+        self.zip.start_file(format!("{name}.npy"), options)?;
+        self.zip.write_all(header)
     }
 
     /// Takes bytes of the array that was begun.
@@ -39,7 +50,7 @@ impl<W: Write> Archive<W> {
     /// # Errors
     /// The writer's.
     pub fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.0.write_all(bytes)
+        self.zip.write_all(bytes)
     }
 
     /// Writes a whole array, whose items are given as their bytes.
@@ -71,6 +82,6 @@ impl<W: Write> Archive<W> {
     /// # Errors
     /// The writer's.
     pub fn finish(self) -> io::Result<()> {
-        self.0.finish().map(|_| ()).map_err(io::Error::from)
+        self.zip.finish().map(|_| ()).map_err(io::Error::from)
     }
 }

@@ -451,8 +451,14 @@ impl Array {
             if let Some(numbers) = column {
                 return Ok(self.uncopied(numbers));
             }
+            let bytes = &self.bytes[at..self.offset + run.end];
+            let why = self.why(cells, true);
+            return match number.size {
+                4 => self.moved(cells, why, to, bytes, Reals::F32),
+                _ => self.moved(cells, why, to, bytes, Reals::F64),
+            };
         }
-        let why = self.why(cells, in_place.is_some());
+        let why = self.why(cells, false);
         if f32s {
             let copy = self.copy(cells, why, to, |bytes| number.read(bytes).0 as f32)?;
             return Ok(Taken { numbers: Reals::F32(copy.numbers), copied: copy.copied });
@@ -688,6 +694,30 @@ impl Array {
         Refused::if_cancelled(&self.control)?;
         let numbers = numbers.ok_or_else(|| no_room(&why, bytes, None, to))?;
         Ok(Taken { numbers, copied: Some(Copied { array: self.path.clone(), why, bytes }) })
+    }
+
+    /// Numbers that lie one after the other as they are needed, but not at their places in memory.
+    fn moved<T: bytemuck::Pod + Send + Sync>(
+        &self,
+        cells: &Cells,
+        why: String,
+        to: &str,
+        from: &[u8],
+        reals: impl Fn(Column<T>) -> Reals,
+    ) -> Result<Taken<Reals>, Refused> {
+        const PIECE: usize = 1 << 20;
+        let bytes = self.room(cells, size_of::<T>(), &why, to)?;
+        let numbers = bytemuck::allocation::try_zeroed_vec::<T>(from.len() / size_of::<T>());
+        let mut numbers = numbers.map_err(|_| no_room(&why, bytes, None, to))?;
+        let places = bytemuck::cast_slice_mut::<T, u8>(&mut numbers).par_chunks_mut(PIECE);
+        places.zip(from.par_chunks(PIECE)).for_each(|(to, from)| {
+            if !self.control.is_cancelled() {
+                to.copy_from_slice(from);
+            }
+        });
+        Refused::if_cancelled(&self.control)?;
+        let copied = Copied { array: self.path.clone(), why, bytes };
+        Ok(Taken { numbers: reals(numbers.into()), copied: Some(copied) })
     }
 
     /// Bytes of a copy of numbers of some size, which can be had.

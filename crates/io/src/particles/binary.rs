@@ -41,17 +41,7 @@ pub(super) fn room(needed: usize) -> Result<(), Fault> {
 /// # Errors
 /// The first that is none.
 pub(super) fn all_finite(centers: &Reals) -> Result<(), Fault> {
-    let found = match centers {
-        Reals::F32(values) => {
-            let values = values.as_slice().par_iter().with_min_len(LEAST);
-            values.position_first(|value| !value.is_finite())
-        }
-        Reals::F64(values) => {
-            let values = values.as_slice().par_iter().with_min_len(LEAST);
-            values.position_first(|value| !value.is_finite())
-        }
-    };
-    found.map_or(Ok(()), |at| {
+    super::first_unlike(centers, f64::is_finite).map_or(Ok(()), |at| {
         let axis = ["x", "y", "z"][at % 3];
         Err(Fault::whole(
             format!(

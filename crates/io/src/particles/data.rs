@@ -3,6 +3,7 @@
 use std::{ops::Range, sync::Arc};
 
 use bytes::Bytes;
+use rayon::prelude::*;
 
 use crate::input::mapped::Mapped;
 
@@ -66,13 +67,39 @@ impl Data {
     /// # Errors
     /// How many lines there are, when there are fewer.
     pub fn skip_lines(&self, at: usize, lines: usize) -> Result<usize, usize> {
-        let text = self.bytes.get(at..).unwrap_or_default();
-        let Some(last) = lines.checked_sub(1) else { return Ok(at) };
-        if let Some(end) = memchr::memchr_iter(b'\n', text).nth(last) {
+        /// Bytes whose lines are counted at a time, by one thread.
+        const PIECE: usize = 1 << 18;
+        if lines == 0 {
+            return Ok(at);
+        }
+        let (mut at, mut found) = (at.min(self.len()), 0);
+        'counted: loop {
+            // No more than lines of 64 bytes would have, so that little is counted in vain.
+            let likely = (lines - found).div_ceil(PIECE / 64);
+            let there = (self.len() - at) / PIECE;
+            let pieces = there.min(likely).min(4 * rayon::current_num_threads());
+            if pieces == 0 {
+                break;
+            }
+            let count = |piece: usize| {
+                let range = at + piece * PIECE..at + (piece + 1) * PIECE;
+                self.begin(range.clone());
+                memchr::memchr_iter(b'\n', &self.bytes[range]).count()
+            };
+            let counts: Vec<usize> = (0..pieces).into_par_iter().map(count).collect();
+            for count in counts {
+                if found + count >= lines {
+                    break 'counted;
+                }
+                (at, found) = (at + PIECE, found + count);
+            }
+        }
+        let text = &self.bytes[at..];
+        if let Some(end) = memchr::memchr_iter(b'\n', text).nth(lines - found - 1) {
             return Ok(at + end + 1);
         }
         let open = text.last().is_some_and(|byte| *byte != b'\n');
-        let found = memchr::memchr_iter(b'\n', text).count() + usize::from(open);
+        let found = found + memchr::memchr_iter(b'\n', text).count() + usize::from(open);
         if found == lines { Ok(self.len()) } else { Err(found) }
     }
 
@@ -179,5 +206,30 @@ impl Cell<'_> {
     /// What it says, for messages and names.
     pub fn words(&self) -> String {
         String::from_utf8_lossy(self.text).into_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_skipped_by_their_ends() {
+        let line = |n: usize| format!("{}\n", "x".repeat(n * n % 97));
+        let mut text = (0..60_000).map(line).collect::<String>();
+        for end in ["", "open"] {
+            text += end;
+            let data = Data::from(Bytes::from(text.clone()));
+            let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at + 1).collect();
+            for (from, lines) in [(0, 1), (0, 59_999), (0, 60_000), (30_000, 25_000), (59_999, 1)] {
+                let start = if from == 0 { 0 } else { ends[from - 1] };
+                let wanted = ends[from + lines - 1];
+                assert_eq!(data.skip_lines(start, lines), Ok(wanted), "{from} {lines}");
+            }
+            let all = 60_000 + usize::from(!end.is_empty());
+            assert_eq!(data.skip_lines(0, all), Ok(text.len()));
+            assert_eq!(data.skip_lines(0, all + 1), Err(all));
+            assert_eq!(data.skip_lines(text.len(), 0), Ok(text.len()));
+        }
     }
 }

@@ -7,6 +7,8 @@
 
 use std::{fmt, ops::Range};
 
+use rayon::prelude::*;
+
 use crate::input::report::Fault;
 use planisphere_core::{
     drawing::Control,
@@ -195,6 +197,27 @@ impl Values {
     }
 }
 
+/// The place of the first number that is not as it must be.
+fn first_unlike(reals: &Reals, is_right: impl Fn(f64) -> bool + Sync) -> Option<usize> {
+    fn first<T: Copy + Into<f64> + Sync>(
+        values: &[T],
+        is_right: impl Fn(f64) -> bool + Sync,
+    ) -> Option<usize> {
+        const PIECE: usize = 1 << 14;
+        let piece = |(number, values): (usize, &[T])| {
+            // All of them, without a way out in between: so they are looked at many at a time.
+            let all = values.iter().fold(true, |all, value| all & is_right((*value).into()));
+            let at = || values.iter().position(|value| !is_right((*value).into()));
+            if all { None } else { at().map(|at| number * PIECE + at) }
+        };
+        values.par_chunks(PIECE).enumerate().find_map_first(piece)
+    }
+    match reals {
+        Reals::F32(values) => first(values.as_slice(), is_right),
+        Reals::F64(values) => first(values.as_slice(), is_right),
+    }
+}
+
 /// Words, of which there are few that are told apart.
 #[derive(Clone, Debug, Default)]
 pub struct Words {
@@ -276,7 +299,6 @@ impl Cell {
     /// Turns rows of three parts of its edges into places: the corner, and then the parts of the
     /// first edge, the second and the third added, each product and each sum rounded once.
     pub fn unscale(&self, rows: &mut [f64]) {
-        use rayon::prelude::*;
         let [a, b, c] = self.edges;
         rows.par_chunks_mut(3 << 12).for_each(|rows| {
             for row in rows.chunks_exact_mut(3) {

@@ -355,7 +355,11 @@ impl Reading<'_> {
         if let Some(found) = whole {
             let member = &members[found];
             let centers = self.array(member)?.centers(None);
-            let centers = centers.map_err(|refused| self.fault(&member.name, refused))?.0.numbers;
+            let taken = centers.map_err(|refused| self.fault(&member.name, refused))?.0;
+            if taken.copied.is_some() {
+                self.data.done(member.place.clone());
+            }
+            let centers = taken.numbers;
             self.are_finite(&member.name, &centers)?;
             return Ok((centers, vec![found]));
         }
@@ -451,7 +455,11 @@ impl Reading<'_> {
         };
         let array = self.array(member)?;
         if Key::Radii.is_called(name) {
-            let radii = array.radii(count).map_err(|refused| self.fault(name, refused))?.numbers;
+            let taken = array.radii(count).map_err(|refused| self.fault(name, refused))?;
+            if taken.copied.is_some() {
+                self.data.done(member.place.clone());
+            }
+            let radii = taken.numbers;
             return Ok(Some(Column::named(name, Values::Reals(radii)).with_role(Role::Radius)));
         }
         if Key::Colors.is_called(name) && number.kind != Kind::Float {

@@ -3,7 +3,7 @@
 //!
 //! A number keeps its value: 32-bit floats stay what they are, and nothing is rounded.
 
-use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
@@ -14,9 +14,6 @@ use crate::{
 };
 use planisphere_core::{drawing::Control, scene::Reals, text};
 use planisphere_memory as memory;
-
-/// Bytes of records that are read at a time, for each thread.
-const BATCH: usize = 1 << 21;
 
 /// Records that a thread reads at a time.
 const SOME: usize = 1 << 14;
@@ -96,20 +93,27 @@ pub(super) fn read(
     let &Records { start, stride, count } = records;
     check(bytes.len(), records, targets)?;
     let mut columns = rooms(targets, count)?;
-    let at_once = (BATCH * rayon::current_num_threads() / stride.max(1)).max(SOME);
-    for first in (0..count).step_by(at_once) {
-        control.reach(first as f32 / count as f32);
-        Fault::if_cancelled(control)?;
-        let some = first..count.min(first + at_once);
-        let there = start + stride * some.start..(start + stride * some.end).min(bytes.len());
-        data.begin(there.clone());
-        columns.par_iter_mut().zip(targets).for_each(|(column, target)| {
-            for (component, (at, number)) in target.parts.iter().enumerate() {
-                column.fill(bytes, (start + at, stride), some.clone(), component, *number);
-            }
-        });
-        data.done(there);
+    let mut pieces: Vec<Vec<Slot<'_>>> = (0..count.div_ceil(SOME)).map(|_| Vec::new()).collect();
+    for column in &mut columns {
+        pieces.iter_mut().zip(column.slots()).for_each(|(piece, slot)| piece.push(slot));
     }
+    let (done, all) = (AtomicUsize::new(0), pieces.len().max(1));
+    pieces.into_par_iter().enumerate().for_each(|(piece, slots)| {
+        if control.is_cancelled() {
+            return;
+        }
+        let first = start + stride * piece * SOME;
+        let there = first..(first + stride * SOME).min(bytes.len());
+        data.begin(there.clone());
+        for (mut slot, target) in slots.into_iter().zip(targets) {
+            for (component, (at, number)) in target.parts.iter().enumerate() {
+                slot.fill(bytes, (first + at, stride), component, *number);
+            }
+        }
+        data.done(there);
+        control.reach((1 + done.fetch_add(1, Relaxed)) as f32 / all as f32);
+    });
+    Fault::if_cancelled(control)?;
     Ok(columns.into_iter().map(Room::into_values).collect())
 }
 
@@ -165,37 +169,20 @@ impl Room {
         }
     }
 
-    /// Reads one number of each of some records: `place` is where that of the first record lies,
-    /// and the bytes from one to the next.
-    fn fill(
-        &mut self,
-        bytes: &[u8],
-        place: (usize, usize),
-        some: Range<usize>,
-        component: usize,
-        number: Number,
-    ) {
-        let (size, slot) = (number.size, (some, component));
-        let float = |wanted| number.kind == Kind::Float && number.size == wanted && !number.big;
+    /// The places of some records after another, [`SOME`] at a time.
+    fn slots(&mut self) -> Vec<Slot<'_>> {
+        fn cut<'a, T>(
+            values: &'a mut [T],
+            width: usize,
+            slot: impl Fn(&'a mut [T], usize) -> Slot<'a>,
+        ) -> Vec<Slot<'a>> {
+            values.chunks_mut((width * SOME).max(1)).map(|values| slot(values, width)).collect()
+        }
         match self {
-            Self::F32(to, width) if float(4) => {
-                gather(to, *width, slot, bytes, place, size, |cell| four(cell, f32::from_le_bytes));
-            }
-            Self::F32(to, width) => {
-                gather(to, *width, slot, bytes, place, size, |cell| number.read(cell).0 as f32);
-            }
-            Self::F64(to, width) if float(8) => {
-                gather(to, *width, slot, bytes, place, size, |cell| {
-                    cell.first_chunk().map_or(0.0, |cell| f64::from_le_bytes(*cell))
-                });
-            }
-            Self::F64(to, width) => {
-                gather(to, *width, slot, bytes, place, size, |cell| number.read(cell).0);
-            }
-            Self::Integers(to, width) => {
-                gather(to, *width, slot, bytes, place, size, |cell| integer(number, cell));
-            }
-            Self::Bytes(to, width) => gather(to, *width, slot, bytes, place, size, |cell| cell[0]),
+            Self::F32(values, width) => cut(values, *width, Slot::F32),
+            Self::F64(values, width) => cut(values, *width, Slot::F64),
+            Self::Integers(values, width) => cut(values, *width, Slot::Integers),
+            Self::Bytes(values, width) => cut(values, *width, Slot::Bytes),
         }
     }
 
@@ -220,6 +207,50 @@ impl Room {
     }
 }
 
+/// Where some records of a column go.
+enum Slot<'a> {
+    F32(&'a mut [f32], usize),
+    F64(&'a mut [f64], usize),
+    Integers(&'a mut [i64], usize),
+    Bytes(&'a mut [u8], usize),
+}
+
+impl Slot<'_> {
+    /// Reads one number of each record: `place` is where that of the first record lies, and the
+    /// bytes from one to the next.
+    fn fill(&mut self, bytes: &[u8], place: (usize, usize), component: usize, number: Number) {
+        let size = number.size;
+        let float = |wanted| number.kind == Kind::Float && size == wanted && !number.big;
+        match self {
+            Self::F32(to, width) if float(4) => {
+                gather(to, (*width, component), bytes, place, 4, |cell| {
+                    four(cell, f32::from_le_bytes)
+                });
+            }
+            Self::F32(to, width) => {
+                let read = |cell: &[u8]| number.read(cell).0 as f32;
+                gather(to, (*width, component), bytes, place, size, read);
+            }
+            Self::F64(to, width) if float(8) => {
+                gather(to, (*width, component), bytes, place, 8, |cell| {
+                    cell.first_chunk().map_or(0.0, |cell| f64::from_le_bytes(*cell))
+                });
+            }
+            Self::F64(to, width) => {
+                let read = |cell: &[u8]| number.read(cell).0;
+                gather(to, (*width, component), bytes, place, size, read);
+            }
+            Self::Integers(to, width) => {
+                let read = |cell: &[u8]| integer(number, cell);
+                gather(to, (*width, component), bytes, place, size, read);
+            }
+            Self::Bytes(to, width) => {
+                gather(to, (*width, component), bytes, place, 1, |cell| cell[0]);
+            }
+        }
+    }
+}
+
 /// A number of four bytes.
 #[inline]
 fn four<T: Default>(cell: &[u8], read: fn([u8; 4]) -> T) -> T {
@@ -237,23 +268,19 @@ fn integer(number: Number, cell: &[u8]) -> i64 {
 }
 
 /// Reads one number of each record into every `width`th value.
-fn gather<T: Send>(
+#[inline]
+fn gather<T>(
     to: &mut [T],
-    width: usize,
-    (some, component): (Range<usize>, usize),
+    (width, component): (usize, usize),
     bytes: &[u8],
-    (first, stride): (usize, usize),
+    (mut at, stride): (usize, usize),
     size: usize,
-    read: impl Fn(&[u8]) -> T + Sync,
+    read: impl Fn(&[u8]) -> T,
 ) {
-    let to = &mut to[some.start * width..some.end * width];
-    to.par_chunks_mut(width * SOME).enumerate().for_each(|(part, to)| {
-        let mut at = first + stride * (some.start + part * SOME);
-        for row in to.chunks_exact_mut(width) {
-            row[component] = read(&bytes[at..at + size]);
-            at += stride;
-        }
-    });
+    for row in to.chunks_exact_mut(width) {
+        row[component] = read(&bytes[at..at + size]);
+        at += stride;
+    }
 }
 
 /// Whether a number is a byte.
@@ -290,10 +317,7 @@ pub(super) fn colors(values: Values, bytes: bool, notes: &mut Vec<String>) -> (R
 
 /// The first number that is not finite, by its place.
 pub(super) fn first_not_finite(reals: &Reals) -> Option<usize> {
-    match reals {
-        Reals::F32(values) => values.as_slice().par_iter().position_first(|v| !v.is_finite()),
-        Reals::F64(values) => values.as_slice().par_iter().position_first(|v| !v.is_finite()),
-    }
+    super::first_unlike(reals, f64::is_finite)
 }
 
 #[cfg(test)]

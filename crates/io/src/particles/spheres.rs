@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 
-use super::{Column, Particles, Role, Values, elements::Element, spacing::spacing};
+use super::{Column, Particles, Role, Values, elements::Element, first_unlike, spacing::spacing};
 use crate::colors::DEFAULT_COLOR;
 use planisphere_core::{
     scene::{self, Block, Colors, Radii, Reals},
@@ -312,8 +312,7 @@ fn column_radii(column: &Column, scale: f64) -> Result<Radii, Unfit> {
             Reals::F64(radii.into())
         }
     };
-    let wrong = |index: &usize| !(radii.get(*index) > 0.0 && radii.get(*index).is_finite());
-    if let Some(index) = (0..radii.len()).into_par_iter().find_first(wrong) {
+    if let Some(index) = first_unlike(&radii, |radius| radius > 0.0 && radius.is_finite()) {
         let value = column.values.get(index).unwrap_or(f64::NAN);
         return Err(Unfit::new(
             format!(

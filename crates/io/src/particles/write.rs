@@ -35,11 +35,27 @@ impl<'a> Output<'a> {
         self.blocks.iter().flat_map(|block| (0..block.len()).map(move |index| (block, index)))
     }
 
+    /// Whether a column is what is drawn, and so is written already.
+    fn is_drawn(&self, column: &Column) -> bool {
+        let value = |at| column.values.get(at);
+        match (column.role, column.width) {
+            (Role::Radius, 1) => {
+                let mut rows = self.rows().enumerate();
+                rows.all(|(row, (block, index))| value(row) == Some(block.radius(index)))
+            }
+            (Role::Color, 3) => self.rows().enumerate().all(|(row, (block, index))| {
+                let color = block.color(index).map(f64::from);
+                color.iter().enumerate().all(|(k, part)| value(3 * row + k) == Some(*part))
+            }),
+            _ => false,
+        }
+    }
+
     /// The columns that are written under a name that nothing else has.
     fn named(&self, taken: &[&str]) -> Vec<(String, &'a Column)> {
         let mut names: Vec<String> = taken.iter().map(|name| (*name).to_owned()).collect();
         let mut found = Vec::new();
-        for column in self.columns {
+        for column in self.columns.iter().filter(|column| !self.is_drawn(column)) {
             // Names that no member of an archive, and no word of a header, can have.
             let bad = |c: char| c == '/' || c == '\\' || c.is_control() || c.is_whitespace();
             let mut name = column.name.replace(bad, "_");
@@ -58,7 +74,7 @@ impl<'a> Output<'a> {
     /// The writer's.
     pub fn write_npz(&self, out: impl Write) -> io::Result<()> {
         let count = self.len();
-        let mut archive = Archive::new(out);
+        let mut archive = Archive::aligned(out);
         let centers = self.rows().map(|(block, index)| {
             let [x, y, z] = block.center(index).to_array().map(f64::to_le_bytes);
             let mut row = [0; 24];

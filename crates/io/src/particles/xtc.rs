@@ -305,16 +305,21 @@ mod tests {
         let frames = [&found[..], &large(&found), &plain(&nine), &far, &plain(&[])];
         let wanted = [places(&groups()), places(&groups()), nine_at, places(&far_at), Vec::new()];
         assert!(frames.iter().all(|frame| is(frame)));
-        let file = opened(Format::Xtc, frames.concat()).unwrap();
-        assert_eq!(file.frames(&Control::new()).unwrap(), 5);
-        for (number, wanted) in wanted.iter().enumerate() {
-            let found = file.read(number, &Control::new()).unwrap();
-            assert_eq!(centers(&found), *wanted, "frame {number}");
+        for (frame, wanted) in frames.iter().zip(&wanted) {
+            let file = opened(Format::Xtc, [*frame, *frame].concat()).unwrap();
+            assert_eq!(file.frames(&Control::new()).unwrap(), 2);
+            let found = file.read(1, &Control::new()).unwrap();
+            assert_eq!(centers(&found), *wanted);
             assert!(found.columns.is_empty() && found.notes.is_empty());
         }
+        // The two kinds may follow one another, but not frames of other numbers of atoms.
+        let file = opened(Format::Xtc, frames[..2].concat()).unwrap();
         let cell = file.read(1, &Control::new()).unwrap().cell.unwrap();
         assert_eq!(cell.edges, [[3.0, 0.0, 0.0], [0.5, 3.25, 0.0], [1.0, 0.25, 4.0]]);
-        assert_eq!(file.read(2, &Control::new()).unwrap().cell, None);
+        let error = opened(Format::Xtc, frames[1..3].concat()).unwrap().frames(&Control::new());
+        assert!(error.expect_err("nine").message().contains("has 9 atoms, but the first has 60"));
+        let file = opened(Format::Xtc, frames[2]).unwrap();
+        assert_eq!(file.read(0, &Control::new()).unwrap().cell, None);
     }
 
     #[test]
