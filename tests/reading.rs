@@ -121,6 +121,68 @@ fn wrong_names_list_the_right_ones() {
     fs::write(path.join("s.toml"), "[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\n").unwrap();
     refused(path, &["render", "s.toml", "--radius", "1"], &["--radius", "[[spheres]]"]);
     refused(path, &["convert", "s.toml", "x.npz", "--frames", "0.."], &["--frames"]);
+    fs::write(path.join("f.toml"), "[[spheres]]\nfile = 'run.xyz'\n").unwrap();
+    refused(path, &["render", "f.toml", "--color", "red"], &["--color", "[[spheres]]"]);
+    refused(path, &["info", "--radius", "1"], &["--radius is for a file"]);
+    fs::write(path.join("points.asc"), "1 2 3\n4 5 6\n").unwrap();
+    refused(path, &["render", "points.asc"], &["no scene file, and no file of particles"]);
+    fs::rename(path.join("points.asc"), path.join("points.xyz")).unwrap();
+    refused(path, &["render", "points.xyz"], &["points alone", "--format csv"]);
+}
+
+/// No output is an input, whatever it is read for.
+#[test]
+fn inputs_are_not_replaced() {
+    let folder = folder();
+    let path = folder.path();
+    said(path, &["convert", "run.xyz", "top.xyz", "--frame", "1"]);
+    fs::write(path.join("s.toml"), "[[spheres]]\nfile = 'top.xyz'\n").unwrap();
+    fs::write(path.join("c.png"), "[camera]\nview = [1, 0, 0]\n").unwrap();
+    fs::copy(path.join("top.xyz"), path.join("1.xyz")).unwrap();
+    let before = |name: &str| fs::read(path.join(name)).unwrap();
+    let (top, camera) = (before("top.xyz"), before("c.png"));
+    let topology = ["--topology", "top.xyz", "--frame", "1"];
+    for args in [
+        &[&["convert", "run.xyz", "top.xyz"], &topology[..]].concat()[..],
+        &["convert", "s.toml", "top.xyz"],
+        &["convert", "run.xyz", "run.xyz"],
+        &["convert", "1.xyz", "{frame}.xyz", "--topology", "1.xyz", "--frames", "0..1"],
+        &["render", "run.xyz", "--camera", "c.png", "-o", "c.png"],
+    ] {
+        let output = run(path, args);
+        let ok = args.contains(&"{frame}.xyz");
+        assert_eq!(output.status.code(), Some(if ok { 0 } else { 2 }), "{args:?}");
+    }
+    assert_eq!((before("top.xyz"), before("c.png")), (top, camera));
+    // A name with {frame} is of the frame that is drawn.
+    said(path, &["convert", "run.xyz", "f{frame}.npz", "--frame", "last"]);
+    assert!(path.join("f1.npz").is_file());
+}
+
+#[test]
+fn names_of_pictures_keep_what_is_no_format() {
+    let folder = folder();
+    for (name, picture) in
+        [("run.1000", "run.1000.png"), ("b.extxyz", "b.png"), ("c.d.xyz", "c.d.png")]
+    {
+        fs::write(folder.path().join(name), XYZ).unwrap();
+        said(folder.path(), &["render", name, "--device", "cpu"]);
+        assert!(folder.path().join(picture).is_file(), "{picture}");
+    }
+}
+
+/// Colours may be words of CSS; a map without an order of its own tells words apart.
+#[test]
+fn words_are_colours() {
+    let folder = folder();
+    let text = "x,y,z,color,name\n0,0,0,#ff0000,A\n2,0,0,lime,B\n,,,,\n";
+    fs::write(folder.path().join("c.csv"), text).unwrap();
+    let words = said(folder.path(), &["convert", "c.csv", "c.xyz"]);
+    assert!(words.contains("2 particles") && words.contains("colours: column `color`"), "{words}");
+    let text = fs::read_to_string(folder.path().join("c.xyz")).unwrap();
+    assert!(text.contains(" 1 0 0 ") && text.contains(" 0 1 0 "), "{text}");
+    let args = ["convert", "c.csv", "c.xyz", "--color-by", "name", "--range", "0,1"];
+    refused(folder.path(), &args, &["holds words"]);
 }
 
 #[test]
@@ -177,8 +239,9 @@ fn scene_files_name_files() {
     }
     for (keys, words) in [
         ("frame = 7", &["s.toml:2:8", "there is no frame 7"][..]),
-        ("map = 'jet'", &["s.toml:3:7", "viridis"]),
+        ("color_by = 'charge'\nmap = 'jet'", &["s.toml:4:7", "viridis"]),
         ("radii = 'r.npy'", &["both `radii` and `file`"]),
+        ("map = 'turbo'", &["s.toml:3:7", "no `color_by`"]),
         ("colour_by = 'q'", &["color_by"]),
     ] {
         let text = format!("[[spheres]]\nfile = 'run.xyz'\n{keys}\n");

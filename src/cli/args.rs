@@ -14,7 +14,7 @@ use super::{
     parse::{parse_device, parse_region, parse_size, parse_some},
     reading::ReadingArgs,
 };
-use planisphere_io::output::Target;
+use planisphere_io::{output::Target, particles::Format};
 use planisphere_renderer::{Device, Region, files::Sinks};
 
 /// Draws spheres: every pixel exactly right, the same bytes on every device.
@@ -390,9 +390,18 @@ impl RenderArgs {
     }
 }
 
-/// The scene's name with `.png`, in the current folder.
+/// The scene's name with `.png`, in the current folder. An ending that is no format's stays, as in
+/// `dump.1000`.
 fn default_output(scene: &Path) -> Result<PathBuf, Failure> {
-    match scene.file_stem() {
+    let known = Format::of_path(scene).is_some();
+    let mut stem = PathBuf::from(scene.file_name().unwrap_or_default());
+    if known && ["gz", "bz2", "xz", "zst"].iter().any(|ending| is_ending(&stem, ending)) {
+        stem.set_extension("");
+    }
+    if known || is_ending(&stem, "toml") {
+        stem.set_extension("");
+    }
+    match stem.file_name() {
         Some(stem) if scene != Path::new("-") => {
             let mut name = stem.to_owned();
             name.push(".png");
@@ -402,6 +411,10 @@ fn default_output(scene: &Path) -> Result<PathBuf, Failure> {
             "a scene from standard input has no name to give its picture; add -o OUT.png".into(),
         )),
     }
+}
+
+fn is_ending(name: &Path, ending: &str) -> bool {
+    name.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
 }
 
 /// `view`, as typed.

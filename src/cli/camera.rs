@@ -1,6 +1,6 @@
 //! Options of the camera: in place of what a scene file says, or of what is chosen.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args as ClapArgs;
 
@@ -76,6 +76,11 @@ pub(super) struct CameraArgs {
 }
 
 impl CameraArgs {
+    /// The file that is read.
+    pub fn file(&self) -> Option<&Path> {
+        self.camera.as_deref()
+    }
+
     /// Puts what was typed in place of what was loaded.
     pub fn apply(&self, loaded: &mut Loaded) -> Result<(), Failure> {
         if let Some(background) = self.background {

@@ -7,7 +7,7 @@ use std::{
 
 use clap::{Args as ClapArgs, ValueEnum};
 
-use super::{Failure, ends::Ends, progress::Progress, reading::ReadingArgs, say};
+use super::{Failure, ends::Ends, progress::Progress, reading::ReadingArgs, render::say_read, say};
 use planisphere_io::{
     load::{Control, Opened, open},
     output::{Target, commit},
@@ -23,7 +23,7 @@ pub(super) struct ConvertArgs {
 
     /// File to write: .npz, .ply or .xyz; - for standard output (with --to)
     ///
-    /// With --frames its name holds {frame}, in whose place comes the number of the frame.
+    /// In the place of {frame} in its name comes the number of the frame, as --frames needs it.
     #[arg(required_unless_present = "to", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
 
@@ -81,11 +81,9 @@ fn parse_frames(typed: &str) -> Result<Frames, String> {
 pub(super) fn run(args: &ConvertArgs) -> Result<(), Failure> {
     let to = args.format()?;
     let target = args.output.as_deref().filter(|_| to != To::None);
-    if args.frames.is_none() {
-        return args.one(to, target.map(Target::from_arg));
-    }
+    let Some(frames) = args.frames else { return args.one(to, target) };
     if let Some(target) = target
-        && !target.to_string_lossy().contains("{frame}")
+        && !target.to_string_lossy().contains(FRAME)
     {
         return Err(Failure::Usage(format!(
             "--frames writes a file for each frame; put {{frame}} into the name, such as \
@@ -93,7 +91,7 @@ pub(super) fn run(args: &ConvertArgs) -> Result<(), Failure> {
             to.ending()
         )));
     }
-    args.several(to, target)
+    args.several(to, target, frames)
 }
 
 impl To {
@@ -133,17 +131,17 @@ impl ConvertArgs {
     }
 
     /// One frame.
-    fn one(&self, to: To, target: Option<Target>) -> Result<(), Failure> {
+    fn one(&self, to: To, name: Option<&Path>) -> Result<(), Failure> {
         let control = Control::new();
-        let mut ends = Ends::new(target.iter().map(|target| ("OUT", target)).collect(), None);
-        ends.reads(&self.input);
-        ends.check()?;
         let options = self.reading.options();
         let progress = Progress::of("reading", &control);
         match open(&self.input, &options, &control)? {
             Opened::Scene(loaded) => {
                 drop(progress);
                 self.reading.refuse_for_scene(&self.input)?;
+                let target = name.map(Target::from_arg);
+                self.check(&target, &loaded.files)?;
+                say_read(&loaded);
                 let blocks: Vec<_> =
                     loaded.scene.blocks().map(|(_, block)| block.clone()).collect();
                 let output = Output { blocks: &blocks, columns: &[], cell: None };
@@ -152,6 +150,8 @@ impl ConvertArgs {
             Opened::Particles(file) => {
                 let found = understand(&file, options.frame, &options.appearance, &control)?;
                 drop(progress);
+                let target = name.map(|name| of_frame(name, found.frame));
+                self.check(&target, &[])?;
                 say(&found.line);
                 write_frame(&found, to, target)?;
                 file.unchanged()?;
@@ -160,45 +160,67 @@ impl ConvertArgs {
         }
     }
 
-    /// Several frames, each into a file of its own.
-    fn several(&self, to: To, name: Option<&Path>) -> Result<(), Failure> {
+    /// Several frames, each into a file of its own. All names are looked at before any is written.
+    fn several(&self, to: To, name: Option<&Path>, frames: Frames) -> Result<(), Failure> {
         let control = Control::new();
-        let frames = self.frames.expect("there are several");
         let options = self.reading.options();
         let Opened::Particles(file) = open(&self.input, &options, &control)? else {
             return Err(Failure::Usage("--frames is for files of particles".into()));
         };
-        let mut frame = frames.first;
-        let mut written = 0;
-        while frames.end.is_none_or(|end| frame < end) {
-            // The first must be there; after the last an open range ends.
-            if frames.end.is_none() && written > 0 && !file.has_more_than(frame, &control)? {
-                break;
+        let end = match frames.end {
+            Some(end) => {
+                file.number(Frame::FromFirst(end - 1), &control)?;
+                end
             }
-            let asked = Frame::FromFirst(frame);
-            let found = understand(&file, asked, &options.appearance, &control)?;
-            if written == 0 {
+            // The first must be there.
+            None => {
+                file.number(Frame::FromFirst(frames.first), &control)?;
+                file.frames(&control)?
+            }
+        };
+        let numbers: Vec<usize> = (frames.first..end).step_by(frames.step).collect();
+        let targets: Option<Vec<Target>> =
+            name.map(|name| numbers.iter().map(|frame| of_frame(name, *frame)).collect());
+        self.check(targets.as_deref().unwrap_or_default(), &[])?;
+        for (place, frame) in numbers.iter().enumerate() {
+            let asked = Frame::FromFirst(*frame);
+            let found = understand(&file, asked, &options.appearance, &Control::new())?;
+            if place == 0 {
                 say(&found.line);
             }
-            let target = name.map(|name| {
-                let name = name.to_string_lossy().replace("{frame}", &frame.to_string());
-                Target::from_arg(Path::new(&name))
-            });
-            let mut ends = Ends::new(target.iter().map(|target| ("OUT", target)).collect(), None);
-            ends.reads(&self.input);
-            ends.check()?;
-            write_frame(&found, to, target)?;
+            write_frame(&found, to, targets.as_ref().map(|targets| targets[place].clone()))?;
             file.unchanged()?;
-            written += 1;
-            frame = match frame.checked_add(frames.step) {
-                Some(frame) => frame,
-                None => break,
-            };
         }
-        say(&format!("{written} frames"));
+        say(&format!("{} frame{}", numbers.len(), if numbers.len() == 1 { "" } else { "s" }));
         Ok(())
     }
+
+    /// Refuses outputs that are read, or that get in each other's way.
+    fn check<'t>(
+        &self,
+        targets: impl IntoIterator<Item = &'t Target>,
+        files: &[PathBuf],
+    ) -> Result<(), Failure> {
+        let outputs = targets.into_iter().map(|target| ("OUT", target)).collect();
+        let mut ends = Ends::new(outputs, None);
+        ends.reads(&self.input);
+        let others = self.reading.others().chain(files.iter().map(PathBuf::as_path));
+        others.for_each(|path| ends.reads(path));
+        ends.check()
+    }
 }
+
+/// The file of a frame: a name with the number in it.
+fn of_frame(name: &Path, frame: usize) -> Target {
+    let name = name.to_string_lossy();
+    match name.contains(FRAME) {
+        true => Target::from_arg(Path::new(&name.replace(FRAME, &frame.to_string()))),
+        false => Target::from_arg(Path::new(name.as_ref())),
+    }
+}
+
+/// What stands for the number of the frame in a name.
+const FRAME: &str = "{frame}";
 
 fn write_frame(found: &Understood, to: To, target: Option<Target>) -> Result<(), Failure> {
     let Understood { particles, spheres, .. } = found;

@@ -7,7 +7,11 @@ use clap::Args as ClapArgs;
 use serde::Serialize;
 
 use super::{
-    Failure, ends::stdout_is_open, print, progress::Progress, reading::ReadingArgs,
+    Failure,
+    ends::{Ends, stdout_is_open},
+    print,
+    progress::Progress,
+    reading::ReadingArgs,
     render::device_words,
 };
 use planisphere_io::{
@@ -209,7 +213,13 @@ fn bounds<const N: usize>(rows: impl Iterator<Item = [f64; N]>) -> Option<[[f64;
 /// Says what is in a file; without one, lists devices.
 pub(super) fn run(args: &InfoArgs) -> Result<(), Failure> {
     stdout_is_open()?;
-    let Some(path) = &args.file else { return devices() };
+    let Some(path) = &args.file else {
+        return args.reading.refuse_alone().and_then(|()| devices());
+    };
+    let mut ends = Ends::new(Vec::new(), Some("info"));
+    ends.reads(path);
+    args.reading.others().for_each(|path| ends.reads(path));
+    ends.check()?;
     let control = Control::new();
     let progress = Progress::of("reading", &control);
     let options = args.reading.options();

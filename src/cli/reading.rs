@@ -6,7 +6,7 @@ use clap::Args as ClapArgs;
 
 use super::Failure;
 use planisphere_io::{
-    load::{self, Control, Loaded},
+    load::{self, Control, Loaded, Opened},
     particles::{
         Format, Frame, Map, Options,
         spheres::{Appearance, ColorFrom, RadiusFrom},
@@ -68,7 +68,7 @@ pub(super) struct ReadingArgs {
 
     /// Colour map of --color-by: viridis, magma, inferno, plasma, cividis, turbo, batlow, coolwarm;
     /// tab10 and tab20 for types
-    #[arg(long, value_name = "NAME", value_parser = parse_map)]
+    #[arg(long, value_name = "NAME", value_parser = parse_map, requires = "color_by")]
     pub map: Option<Map>,
 
     /// Values at the ends of the map, LO,HI; `auto` are the least and the greatest of the frame
@@ -123,11 +123,24 @@ impl ReadingArgs {
 
     /// Reads a scene file, or a file of particles.
     pub fn load(&self, path: &Path, control: &Control) -> Result<Loaded, Failure> {
-        let loaded = load::load_with(path, &self.options(), control)?;
-        if loaded.understood.is_empty() {
-            self.refuse_for_scene(path)?;
+        let options = self.options();
+        match load::open(path, &options, control)? {
+            Opened::Scene(loaded) => self.refuse_for_scene(path).map(|()| *loaded),
+            Opened::Particles(file) => Ok(load::of_frame(&file, &options, control)?),
         }
-        Ok(loaded)
+    }
+
+    /// The files that are read beside the one that is drawn.
+    pub fn others(&self) -> impl Iterator<Item = &Path> {
+        self.topology.as_deref().into_iter()
+    }
+
+    /// Refuses options where there is no file that they could be for.
+    pub fn refuse_alone(&self) -> Result<(), Failure> {
+        match self.typed().first() {
+            None => Ok(()),
+            Some(option) => Err(Failure::Usage(format!("{option} is for a file; name one"))),
+        }
     }
 
     /// Refuses options that say nothing of a scene file.

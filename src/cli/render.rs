@@ -91,6 +91,7 @@ pub(super) fn run(asked: &RenderRequest, start: Instant) -> Result<(), Failure> 
     let text = if asked.explain { Some("--explain") } else { asked.stats.then_some("--stats") };
     let mut ends = Ends::new(named(&asked.sinks), text);
     ends.reads(&asked.scene);
+    asked.reading.others().chain(asked.camera.file()).for_each(|path| ends.reads(path));
     ends.check()?;
     let mut times = Milliseconds::default();
 

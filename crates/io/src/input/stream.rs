@@ -57,18 +57,16 @@ pub(crate) fn open(path: &Path, control: &Control) -> Result<Opened, Refused> {
     }
     let unread = |error: io::Error| match OpenError::from(error) {
         error @ OpenError::Missing => {
-            Refused::new(error.to_string(), "correct the name of the scene file")
+            Refused::new(error.to_string(), "correct the name of the file")
         }
         OpenError::Io(error) => Refused::new(error.to_string(), OpenError::fix(&error)),
         error @ OpenError::NotRegular(_) => Refused::new(error.to_string(), "name a regular file"),
     };
     let refuse = |metadata: &Metadata| match special(metadata) {
         None | Some("a pipe") => Ok(()),
-        Some("a folder") => {
-            Err(Refused::new("is a folder", "name a scene file (TOML) instead of a folder"))
-        }
+        Some("a folder") => Err(Refused::new("is a folder", "name a file instead of a folder")),
         Some(what) => {
-            let fix = "name a scene file (TOML), or `-`, which is standard input";
+            let fix = "name a file, or `-`, which is standard input";
             Err(Refused::new(format!("is {what}, not a file"), fix))
         }
     };

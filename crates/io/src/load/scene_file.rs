@@ -727,6 +727,16 @@ mod particles {
     /// The keys beside `file`.
     fn read_options(section: &Section, files: &super::Files) -> Result<Options, Fault> {
         section.not_both("color", "color_by")?;
+        if let Some(key) = ["map", "range"].into_iter().find(|key| section.get(key).is_some())
+            && section.get("color_by").is_none()
+        {
+            return Err(Fault::new(
+                format!("`{key}` is for the colours of a column, but there is no `color_by`"),
+                section.place(key),
+                "of which column?",
+                "add color_by = \"type\", or the name of another column, or remove the line",
+            ));
+        }
         let color = match (section.read("color", color)?, section.read("color_by", string)?) {
             (Some(color), _) => ColorFrom::Same(color),
             (None, Some(column)) => ColorFrom::Column(column),

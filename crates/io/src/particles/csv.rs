@@ -118,7 +118,9 @@ impl Reader for Table {
         loop {
             let rows = Rows::new(self, kinds);
             let mut stores = rows.stores();
-            let is_row = |line: Line<'_>| !line.is_blank();
+            // Spreadsheets write separators alone where rows were.
+            let nothing = |byte: &u8| is_blank(*byte) || matches!(byte, b',' | b';');
+            let is_row = |line: Line<'_>| !line.text.iter().all(nothing);
             let parse = |line: Line<'_>, row: &mut Row<'_, '_>| rows.parse(line, row);
             let which = Which::Those(&is_row);
             rows::read(data, frame.clone(), &which, &mut stores, control, parse)?;

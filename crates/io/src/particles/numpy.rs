@@ -462,6 +462,12 @@ impl Reading<'_> {
             let radii = taken.numbers;
             return Ok(Some(Column::named(name, Values::Reals(radii)).with_role(Role::Radius)));
         }
+        if Key::Colors.is_called(name) && width == 4 && records::is_byte(number) {
+            // The fourth is how much of what is behind is seen, of which there is nothing.
+            let colors = self.table(&array, (count, 4), 0..3, Form::Bytes)?;
+            self.notes.push(format!("the fourth channel of `{}` was left out", text::value(name)));
+            return Ok(Some(Column::named(name, colors).with_width(3).with_role(Role::Color)));
+        }
         if Key::Colors.is_called(name) && number.kind != Kind::Float {
             let colors = array.colors(count).map_err(|refused| self.fault(name, refused))?.numbers;
             let colors = Column::named(name, Values::Bytes(colors)).with_width(3);

@@ -11,7 +11,7 @@
 use rayon::prelude::*;
 
 use super::{Column, Particles, Role, Values, elements::Element, first_unlike, spacing::spacing};
-use crate::colors::DEFAULT_COLOR;
+use crate::colors::{DEFAULT_COLOR, parse};
 use planisphere_core::{
     scene::{self, Block, Colors, Radii, Reals},
     text,
@@ -399,6 +399,14 @@ fn own_colors(particles: &Particles) -> Result<Option<(Colors, String)>, Unfit> 
         let words = format!("column `{}`", column.name);
         return channel_colors(channels, particles.len(), words).map(Some);
     }
+    if let Some(column) = particles.role(Role::Color)
+        && let Values::Words(found) = &column.values
+        && let Some(colors) =
+            found.words.iter().map(|word| parse(word.trim()).ok()).collect::<Option<Vec<_>>>()
+    {
+        let colors = each(particles.len(), |index| colors[found.codes[index] as usize]);
+        return Ok(Some((colors, format!("column `{}`", column.name))));
+    }
     let found = [0, 1, 2].map(|channel| particles.role(Role::Channel(channel)));
     if let [Some(red), Some(green), Some(blue)] = found {
         let channels = [red, green, blue].map(|column| Channel { column, channel: 0 });
@@ -465,16 +473,20 @@ fn category_colors(column: &Column, map: Map) -> (Colors, String) {
     // Types of programs that count them from 1 begin at the beginning of the palette.
     let first = if column.name.eq_ignore_ascii_case("typeid") { 0 } else { 1 };
     let count = column.values.len() / column.width.max(1);
+    // Of a map that goes from one end to the other neighbours look alike: far steps, all different.
+    let color = |index: u64| match map.is_categorical() {
+        true => map.category(index),
+        false => map.category(index % 256 * 97),
+    };
     let colors = match &column.values {
         Values::Words(found) => {
-            let colors: Vec<_> =
-                found.words.iter().map(|word| map.category(category(word))).collect();
+            let colors: Vec<_> = found.words.iter().map(|word| color(category(word))).collect();
             each(count, |index| colors[found.codes[index] as usize])
         }
-        Values::Integers(types) => each(count, |index| map.category(place(types[index], first))),
+        Values::Integers(types) => each(count, |index| color(place(types[index], first))),
         values => each(count, |index| {
             let value = values.get(index).unwrap_or(f64::NAN);
-            if value.is_nan() { NAN_COLOR } else { map.category(place(value as i64, first)) }
+            if value.is_nan() { NAN_COLOR } else { color(place(value as i64, first)) }
         }),
     };
     (colors, words)
@@ -523,7 +535,14 @@ fn by_column(
     }
     let words = matches!(column.values, Values::Words(_));
     let categorical = appearance.map.is_some_and(Map::is_categorical);
-    if words || categorical || (column.role == Role::Type && appearance.map.is_none()) {
+    if words && appearance.range.is_some() {
+        return Err(Unfit::new(
+            format!("column `{}` holds words, of which there is no range", column.name),
+            "leave out the range",
+        ));
+    }
+    let chosen = appearance.map.is_none() && appearance.range.is_none();
+    if words || categorical || (column.role == Role::Type && chosen) {
         return Ok(category_colors(column, appearance.map.unwrap_or(TYPES)));
     }
     let (width, values) = (column.width, &column.values);
@@ -549,7 +568,8 @@ fn component_of<'a>(
     name: &str,
 ) -> Result<(Option<&'a Column>, usize), Unfit> {
     if particles.column(name).is_none() {
-        if let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) {
+        let same = |axis: &&str| axis.eq_ignore_ascii_case(name);
+        if let Some(axis) = ["x", "y", "z"].iter().position(same) {
             return Ok((None, axis));
         }
         if let Some((stem, last)) = name.rsplit_once('.')

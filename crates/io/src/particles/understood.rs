@@ -107,10 +107,12 @@ pub(crate) fn begin(
 ) -> Result<Begun, LoadError> {
     let refused = |refused| named.refused(&refused);
     let beginning = Beginning::open(named.path, control).map_err(refused)?;
-    let Some((format, note)) = format(named.path, options, beginning.bytes()) else {
+    let found = format(named.path, options, beginning.bytes());
+    let Some((format, note)) = found else {
         // Zeros are in no text but UTF-16, of which the reader of scenes has its own words.
         let utf_16 = matches!(beginning.bytes(), [0xff, 0xfe, ..] | [0xfe, 0xff, ..]);
-        if beginning.bytes().contains(&0) && !utf_16 && !is_scene(named.path) {
+        let is_text = !beginning.bytes().contains(&0) && is_like_toml(beginning.bytes());
+        if !is_text && !utf_16 && !is_scene(named.path) {
             return Err(unknown(&named.name));
         }
         return Ok(Begun::Text(Box::new(beginning)));
@@ -140,6 +142,20 @@ fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }
 
+/// Whether bytes begin as TOML does: with a table, or a key and a value. What is empty, and what
+/// holds nothing but comments, the reader of scenes has its own words for.
+fn is_like_toml(beginning: &[u8]) -> bool {
+    let text = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
+    let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#"));
+    let is_key = |byte: &u8| byte.is_ascii_alphanumeric() || b"_-.\"'".contains(byte);
+    first.is_none_or(|line| {
+        let key = line.iter().take_while(|byte| is_key(byte)).count();
+        let rest = line[key..].trim_ascii_start();
+        line.starts_with(b"[") || (key > 0 && rest.starts_with(b"="))
+    })
+}
+
 /// The format of an input that holds particles, and what is to be said of how it was told.
 fn format(path: &Path, options: &Options, beginning: &[u8]) -> Option<(Format, Option<String>)> {
     if let Some(format) = options.format {
@@ -150,7 +166,8 @@ fn format(path: &Path, options: &Options, beginning: &[u8]) -> Option<(Format, O
     }
     let named = Format::of_path(path);
     let Some(found) = Format::of_content(beginning) else {
-        return named.map(|format| (format, None));
+        let scene = !beginning.trim_ascii().is_empty() && is_like_toml(beginning);
+        return named.filter(|_| !scene).map(|format| (format, None));
     };
     let differ = named.filter(|named| *named != found);
     let note = differ

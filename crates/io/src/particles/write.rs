@@ -51,13 +51,12 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// The columns that are written under a name that nothing else has.
-    fn named(&self, taken: &[&str]) -> Vec<(String, &'a Column)> {
+    /// The columns that are written, under names that nothing else has; `bad` says what is in no
+    /// name.
+    fn named(&self, taken: &[&str], bad: fn(char) -> bool) -> Vec<(String, &'a Column)> {
         let mut names: Vec<String> = taken.iter().map(|name| (*name).to_owned()).collect();
         let mut found = Vec::new();
         for column in self.columns.iter().filter(|column| !self.is_drawn(column)) {
-            // Names that no member of an archive, and no word of a header, can have.
-            let bad = |c: char| c == '/' || c == '\\' || c.is_control() || c.is_whitespace();
             let mut name = column.name.replace(bad, "_");
             while name.is_empty() || names.contains(&name) {
                 name.push('_');
@@ -88,7 +87,7 @@ impl<'a> Output<'a> {
         archive.array("radii", "<f8", &[count], radii)?;
         let colors = self.rows().map(|(block, index)| block.color(index));
         archive.array("colors", "|u1", &[count, 3], colors)?;
-        for (name, column) in self.named(&["centers", "radii", "colors"]) {
+        for (name, column) in self.named(&["centers", "radii", "colors"], no_file) {
             write_column(&mut archive, &name, column)?;
         }
         archive.finish()
@@ -100,7 +99,7 @@ impl<'a> Output<'a> {
     /// The writer's.
     pub fn write_ply(&self, mut out: impl Write) -> io::Result<Vec<String>> {
         let own = ["x", "y", "z", "radius", "red", "green", "blue"];
-        let columns = self.named(&own);
+        let columns = self.named(&own, |c| !c.is_ascii_graphic());
         let mut text = "ply\nformat binary_little_endian 1.0\ncomment planisphere\n".to_owned();
         text += &format!("element vertex {}\n", self.len());
         for name in &own[..4] {
@@ -161,8 +160,11 @@ impl<'a> Output<'a> {
             _ => None,
         });
         let own = ["species", "pos", "radius", "color"];
-        let columns: Vec<_> =
-            self.named(&own).into_iter().filter(|(_, column)| !is_words(column, element)).collect();
+        let columns: Vec<_> = self
+            .named(&own, no_cell)
+            .into_iter()
+            .filter(|(_, column)| !is_words(column, element))
+            .collect();
         let mut header = format!("{}\n", self.len());
         if let Some(Cell { origin, edges }) = self.cell {
             let list = |values: &[f64]| {
@@ -178,7 +180,7 @@ impl<'a> Output<'a> {
         if element.is_some() {
             header += "species:S:1:";
         }
-        header += "pos:R:3:radius:R:1:color:I:3";
+        header += "pos:R:3:radius:R:1:color:R:3";
         for (name, column) in &columns {
             let kind = match column.values {
                 Values::Words(_) => 'S',
@@ -186,7 +188,7 @@ impl<'a> Output<'a> {
                 Values::Reals(_) => 'R',
             };
             // A colon ends a name.
-            header += &format!(":{}:{kind}:{}", name.replace([':', '"', '='], "_"), column.width);
+            header += &format!(":{}:{kind}:{}", name, column.width);
         }
         let mut text = header + "\n";
         for (row, (block, index)) in self.rows().enumerate() {
@@ -195,7 +197,8 @@ impl<'a> Output<'a> {
                 text.push(' ');
             }
             let [x, y, z] = block.center(index).to_array();
-            let [red, green, blue] = block.color(index);
+            // From 0 to 1, as OVITO has them.
+            let [red, green, blue] = block.color(index).map(|part| f64::from(part) / 255.0);
             text += &format!("{x:?} {y:?} {z:?} {:?} {red} {green} {blue}", block.radius(index));
             for (_, column) in &columns {
                 for at in row * column.width..(row + 1) * column.width {
@@ -210,6 +213,16 @@ impl<'a> Output<'a> {
         }
         out.write_all(text.as_bytes())
     }
+}
+
+/// Whether a character is in no name of a member of an archive.
+fn no_file(c: char) -> bool {
+    c == '/' || c == '\\' || c.is_control()
+}
+
+/// Whether a character is in no name of a column of extended XYZ: a colon ends one.
+fn no_cell(c: char) -> bool {
+    c.is_control() || c.is_whitespace() || [':', '"', '\'', '='].contains(&c)
 }
 
 /// Whether a column is the one of these words.

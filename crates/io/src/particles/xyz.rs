@@ -161,7 +161,18 @@ impl<'a> Header<'a> {
     fn find(data: &'a Data, at: usize) -> Result<Option<Self>, Fault> {
         let Some(line) = data.line_with_text(at) else { return Ok(None) };
         let Some(count) = count(line) else {
-            return Err(number::not_an_integer("the number of rows", start(line), line.span()));
+            let found: Vec<&[u8]> = line.cells().map(|cell| cell.text).take(3).collect();
+            if at == 0 && found.len() == 3 && found.iter().all(|cell| number::real(cell).is_some())
+            {
+                return Err(Fault::new(
+                    "there is no number of atoms on the first line: these are points alone",
+                    line.span(),
+                    "of how many rows?",
+                    "put a line with the names of the columns above, such as `x y z`, and read it \
+                     with --format csv",
+                ));
+            }
+            return Err(number::not_an_integer("the number of atoms", start(line), line.span()));
         };
         let comment = data.line(line.next);
         let rows = comment.map_or(line.next, |comment| comment.next);
@@ -606,7 +617,7 @@ mod tests {
             ("1\n\n1.0 2.0 3.0 0.5\n", 3, "`1.0` stands where a symbol"),
             ("2\n\n1 2 3 4\n.5 2 3 4\n", 4, "`.5` stands where a symbol"),
             ("2\n\n1 2 3\nC 1 2 3\n", 4, "`C` stands where `x`"),
-            ("-1\n\n", 1, "the number of rows"),
+            ("-1\n\n", 1, "the number of atoms"),
             ("1\nProperties=species:S:1:p:R:3\nC 1 2 3\n", 2, "is the positions"),
             ("1\nProperties=a:R:9999999999:pos:R:3\nC 1 2 3\n", 3, "names 10000000002"),
             (&format!("{named}C 0 0 0\nC 1 1 1 1\n"), 4, "has 5 cells, but there are 4"),
