@@ -70,7 +70,7 @@ fn one_line_says_what_was_understood() {
         "centres: pos",
         "radii: van der Waals, by column `species`",
         "colours: Jmol's, by column `species`",
-        "1 particles have no van der Waals radius (Xx)",
+        "1 particle has no van der Waals radius (Xx): drawn with a radius of 1.5",
     ] {
         assert!(words.contains(word), "lacks {word:?}: {words}");
     }

@@ -63,14 +63,11 @@ pub(super) fn element_of_name(name: &[u8], residue: &[u8]) -> Found {
     }
     let letters = without_digits(name);
     let two = letters.get(..2).unwrap_or(b"");
-    if let [_, b'a'..=b'z'] = two
-        && letters[0].is_ascii_uppercase()
-        && let Some(symbol) = symbol(two)
-    {
-        return (symbol, How::Name);
+    if let Some(found) = capital_and_small(letters) {
+        return (found, How::Name);
     }
     let number = letters.get(2..).unwrap_or(b"x").iter().all(u8::is_ascii_digit);
-    if let Some(found @ ("Cl" | "Br")) = symbol(two)
+    if let Some(found @ ("Cl" | "Br" | "Fe")) = symbol(two)
         && number
     {
         return (found, How::Name);
@@ -90,12 +87,19 @@ pub(super) fn element_of_columns(columns: &[u8], residue: &[u8]) -> Found {
     let two = letters.get(..2).and_then(symbol);
     let is_full = columns.get(3).is_some_and(|last| *last != b' ');
     let begins = columns.first().is_some_and(u8::is_ascii_alphabetic);
+    if let Some(found) = capital_and_small(letters) {
+        return (found, How::Name);
+    }
+    // Two columns of letters that name no other atom than one of this element, in what is neither
+    // a protein nor a nucleic acid.
+    let alone = letters.get(2..).is_none_or(|rest| rest.iter().all(u8::is_ascii_digit));
     // Names of four letters begin in the first column whatever their element is.
     let symbol = match (one, two) {
         (Some("H"), Some("Hg")) if begins && !is_full => two,
         (Some("D"), Some("Dy")) if begins && !is_full => two,
         (Some("H" | "D"), _) => one,
-        (_, Some("Cl" | "Br" | "Si" | "Se")) if begins => two,
+        (_, Some("Cl" | "Br" | "Si" | "Se")) if begins || alone => two,
+        (_, Some("Fe")) if alone => two,
         (Some("C" | "N" | "O" | "P" | "S"), _) if is_full => one,
         _ if begins => two.or(one),
         _ => one.or(two),
@@ -107,6 +111,16 @@ pub(super) fn element_of_columns(columns: &[u8], residue: &[u8]) -> Found {
 /// not know the columns of names take carbon alpha for calcium.
 pub(super) fn is_mistaken(symbol: &str, name: &[u8], residue: &[u8]) -> bool {
     symbol.len() == 2 && certain(name, residue).is_some_and(|(other, _)| other.len() == 1)
+}
+
+/// The symbol that a name begins with as symbols are written: a capital letter and a small one.
+fn capital_and_small(name: &[u8]) -> Option<&'static str> {
+    match name {
+        [first, second, ..] if first.is_ascii_uppercase() && second.is_ascii_lowercase() => {
+            symbol(&name[..2])
+        }
+        _ => None,
+    }
 }
 
 /// The element by a name in a residue where all are known: of proteins, nucleic acids and water,
@@ -132,6 +146,8 @@ fn certain(name: &[u8], residue: &[u8]) -> Option<Found> {
     }
     if is_standard(residue) {
         return match first {
+            // Masses of virtual sites, which are no atoms.
+            b'M' => Some(NOTHING),
             b'H' => is("H"),
             b'D' => is("D"),
             b'C' => is("C"),
@@ -155,6 +171,7 @@ fn certain(name: &[u8], residue: &[u8]) -> Option<Found> {
         b"BAR" => "Ba",
         b"CAD" => "Cd",
         b"ION" => ion_of_name(of_name)?,
+        b"CL" if of_name.eq_ignore_ascii_case(b"CLA") => "Cl",
         _ if of_name.eq_ignore_ascii_case(of_residue) => ion_of_name(of_name)?,
         _ => return None,
     };
@@ -236,7 +253,6 @@ fn is_standard(residue: &[u8]) -> bool {
                 | b"VAL"
                 | b"ASX"
                 | b"GLX"
-                | b"UNK"
                 | b"SEC"
                 | b"PYL"
                 | b"MSE"
@@ -599,7 +615,14 @@ mod tests {
             ("HO1 ", "LIG", "H"),
             ("1HB ", "LIG", "H"),
             ("1HB ", "ALA", "H"),
-            ("2CL ", "LIG", "C"),
+            ("2CL ", "LIG", "Cl"),
+            (" Si ", "X", "Si"),
+            (" CL ", "UNK", "Cl"),
+            (" CL ", "ALA", "C"),
+            (" FE ", "HEM", "Fe"),
+            (" CLA", "CL", "Cl"),
+            (" CA ", "UNK", "C"),
+            (" MN1", "ALA", ""),
             ("SE  ", "MSE", "Se"),
             (" SD ", "MET", "S"),
             ("CL12", "LIG", "Cl"),
@@ -643,6 +666,10 @@ mod tests {
             ("Na1", "LIG", "Na", How::Name),
             ("C12", "LIG", "C", How::Letter),
             ("MG", "LIG", "Mg", How::Letter),
+            ("FE", "HEM", "Fe", How::Name),
+            ("CL", "UNK", "Cl", How::Name),
+            ("Cu", "UNK", "Cu", How::Name),
+            ("MCB1", "ALA", "", How::Nothing),
             ("X", "LIG", "", How::Nothing),
         ] {
             let found = element_of_name(name.as_bytes(), residue.as_bytes());

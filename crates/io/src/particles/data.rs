@@ -27,6 +27,11 @@ impl From<Arc<Mapped>> for Data {
 }
 
 impl Data {
+    /// The same without some bytes at its beginning.
+    pub fn behind(&self, bytes: usize) -> Self {
+        Self { bytes: self.bytes.slice(bytes..), mapped: self.mapped.clone() }
+    }
+
     /// All of it.
     pub fn as_slice(&self) -> &[u8] {
         &self.bytes

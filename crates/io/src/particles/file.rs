@@ -42,6 +42,15 @@ pub struct File {
     found: Mutex<Found>,
 }
 
+/// What some programs write before UTF-8.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Whether a text has carriage returns, and no line feed.
+fn is_of_lone_returns(text: &[u8]) -> bool {
+    let beginning = &text[..text.len().min(1 << 16)];
+    beginning.contains(&b'\r') && !beginning.contains(&b'\n')
+}
+
 /// The frames that were found so far.
 #[derive(Default)]
 struct Found {
@@ -82,6 +91,18 @@ impl File {
             let fix = "see why what was to write it has written nothing, or name another file";
             return Err(LoadError::of_file(&name, "is empty", fix));
         }
+        if format.has_lines() && is_of_lone_returns(data.as_slice()) {
+            return Err(LoadError::of_file(
+                &name,
+                "its lines end with carriage returns alone, as on old Macintoshes",
+                "write line feeds in their place: tr '\\r' '\\n' <OLD >NEW",
+            ));
+        }
+        // A mark before UTF-8 is no part of the text.
+        let data = match data.as_slice().starts_with(MARK) && format.has_lines() {
+            true => data.behind(MARK.len()),
+            false => data,
+        };
         match format.open(&data) {
             Ok(reader) => {
                 let (title, notes) = (format.title().into(), Vec::new());

@@ -239,6 +239,8 @@ impl Format {
 
     /// The format that bytes are of, by their beginning.
     pub fn of_content(beginning: &[u8]) -> Option<Self> {
+        // A mark before UTF-8 tells nothing.
+        let beginning = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
         ALL.iter().find(|about| (about.is)(beginning)).map(|about| about.format)
     }
 
@@ -250,6 +252,11 @@ impl Format {
     /// Whether its files are of numbers alone, in many frames.
     pub(super) fn is_trajectory(self) -> bool {
         ["dcd", "gsd", "xtc"].contains(&self.name())
+    }
+
+    /// Whether its files are lines of text, which end with line feeds.
+    pub(super) fn has_lines(self) -> bool {
+        ["data", "dump", "gro", "pdb", "xyz"].contains(&self.name())
     }
 
     /// A reader for the bytes of one input.

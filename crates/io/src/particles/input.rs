@@ -8,7 +8,7 @@
 
 use std::{
     fs::File,
-    io::{self, ErrorKind, Read, Write},
+    io::{self, ErrorKind, Read, Seek, Write},
     path::{Path, PathBuf},
 };
 
@@ -16,7 +16,7 @@ use bytes::Bytes;
 
 use super::{Data, packing::Packing};
 use crate::input::{
-    mapped::{Mapped, OpenError, ReadError, SMALL, read_whole},
+    mapped::{Mapped, OpenError, ReadError, SMALL, read_at, read_whole},
     refused::Refused,
     stream::{self, Opened, Source},
 };
@@ -39,7 +39,7 @@ pub(crate) struct Beginning {
 /// Where the rest of it comes from.
 enum Rest {
     /// A regular file, used as it is.
-    File { source: Source<Box<dyn Read>>, file: File, length: u64 },
+    File { beginning: Vec<u8>, file: File, length: u64, control: Control },
     /// What can only be read once.
     Stream(Source<Box<dyn Read>>),
     #[cfg(feature = "compressed")]
@@ -70,15 +70,16 @@ impl Beginning {
     pub fn open(path: &Path, control: &Control) -> Result<Self, Refused> {
         match stream::open(path, control)? {
             Opened::File(file, metadata) => {
-                let readable = file.try_clone().map_err(|error| unread(&error))?;
-                let mut source = Source::new(Box::new(readable) as Box<dyn Read>, control);
-                match Packing::of(source.peek(BEGINNING)?) {
-                    None => {
-                        let rest = Rest::File { source, file, length: metadata.len() };
-                        Ok(Self { name: path.into(), packed: None, rest })
-                    }
-                    Some(packing) => Self::packed(path, packing, source, Some(file), control),
-                }
+                let beginning = read_at(&file, BEGINNING, 0).map_err(|error| unread(&error))?;
+                let Some(packing) = Packing::of(&beginning) else {
+                    let (length, control) = (metadata.len(), control.clone());
+                    let rest = Rest::File { beginning, file, length, control };
+                    return Ok(Self { name: path.into(), packed: None, rest });
+                };
+                let mut readable = file.try_clone().map_err(|error| unread(&error))?;
+                readable.rewind().map_err(|error| unread(&error))?;
+                let source = Source::new(Box::new(readable) as Box<dyn Read>, control);
+                Self::packed(path, packing, source, Some(file), control)
             }
             Opened::Stream(from) => Self::of_stream(path, from, control),
         }
@@ -153,7 +154,8 @@ impl Beginning {
     /// The beginning, unpacked: 64 KiB, or all of what is shorter.
     pub fn bytes(&self) -> &[u8] {
         match &self.rest {
-            Rest::File { source, .. } | Rest::Stream(source) => source.ahead(),
+            Rest::File { beginning, .. } => beginning,
+            Rest::Stream(source) => source.ahead(),
             #[cfg(feature = "compressed")]
             Rest::Packed { source, .. } => source.ahead(),
         }
@@ -177,9 +179,11 @@ impl Beginning {
                 Err(ReadError::Io(error)) => Err(unread(&error)),
                 Err(ReadError::Changed) => Err(changed()),
             },
-            Rest::File { mut source, .. } | Rest::Stream(mut source) => {
-                Ok(input(Spool::all(&mut source, &name)?))
+            Rest::File { mut file, control, .. } => {
+                file.rewind().map_err(|error| unread(&error))?;
+                Ok(input(Spool::all(&mut Source::new(file, &control), &name)?))
             }
+            Rest::Stream(mut source) => Ok(input(Spool::all(&mut source, &name)?)),
             #[cfg(feature = "compressed")]
             Rest::Packed { mut source, left_out, used } => {
                 let data = Spool::all(&mut source, &name);
@@ -203,7 +207,10 @@ impl Beginning {
     /// When it cannot be read, is no text or has no end; when it is cancelled.
     pub fn into_text(self) -> Result<Vec<u8>, Refused> {
         match self.rest {
-            Rest::File { mut source, length, .. } => stream::text(&mut source, length),
+            Rest::File { mut file, length, control, .. } => {
+                file.rewind().map_err(|error| unread(&error))?;
+                stream::text(&mut Source::new(file, &control), length)
+            }
             Rest::Stream(mut source) => stream::text(&mut source, 0),
             #[cfg(feature = "compressed")]
             Rest::Packed { mut source, .. } => stream::text(&mut source, 0),

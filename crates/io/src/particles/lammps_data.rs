@@ -39,7 +39,7 @@ const STYLES: [(&str, &str); 24] = [
     ("dipole", "id type q x y z mux muy muz"),
     ("body", "id type bodyflag mass x y z"),
     ("bpm/sphere", "id mol type diameter density x y z"),
-    ("dielectric", "id type q x y z mux muy muz area ed em epsilon curvature"),
+    ("dielectric", "id mol type q x y z mux muy muz area ed em epsilon curvature"),
     ("dpd", "id type theta x y z"),
     ("edpd", "id type edpd_temp edpd_cv x y z"),
     ("electron", "id type q espin eradius x y z"),
@@ -432,13 +432,9 @@ impl LammpsData {
             return Ok(Columns { names, more: true });
         }
         let Some((_, names)) = STYLES.iter().find(|(name, _)| name == style) else {
-            let known: Vec<&str> = STYLES.iter().map(|(name, _)| *name).collect();
-            return Err(Fault::new(
-                format!("`{}` is no style of atoms that is known", text::value(style)),
-                self.atoms_span.clone(),
-                "of this style",
-                format!("write one of {}", known.join(" ")),
-            ));
+            // A comment like any other.
+            notes.push(format!("`{}` behind `Atoms` is no style of atoms", text::value(style)));
+            return self.by_rows(&rows, cells, notes);
         };
         let wanted = names.split(' ').count();
         if cells != wanted && cells != wanted + 3 {
@@ -480,8 +476,10 @@ impl LammpsData {
             rows.iter().all(|row| row.cells().enumerate().all(at))
         };
         let any = candidates.iter().any(|(_, columns)| !whole(columns));
-        let left: Vec<&(&str, Columns)> =
-            candidates.iter().filter(|(_, columns)| !any || !whole(columns)).collect();
+        let left: Vec<&(&str, Columns)> = candidates
+            .iter()
+            .filter(|(_, columns)| (!any || !whole(columns)) && !counts(rows, columns))
+            .collect();
         let known: Vec<&str> = left.iter().map(|(style, _)| *style).collect();
         let Some((style, columns)) = left.first() else {
             return Err(self.no_style(rows, format!("rows of {cells} cells are of no style")));
@@ -519,11 +517,30 @@ impl LammpsData {
                     None => self.labels.values().any(|label| label.as_bytes() == cell.text),
                 },
                 name if kind(name) == Kind::Integer => integer.is_some(),
+                "diameter" | "density" | "volume" | "mass" | "edpd_temp" | "edpd_cv" | "rho" => {
+                    number::real(cell.text).is_some_and(|value| value >= 0.0)
+                }
                 _ => number::real(cell.text).is_some(),
             }
         });
-        all && cells.next().is_none()
+        // Bonds are between atoms of molecules.
+        let bonded = self.bonds == 0.0 || columns.names.iter().any(|name| name == "mol");
+        all && bonded && cells.next().is_none()
     }
+}
+
+/// Whether z is a whole number from 1 on in all rows, beside x and y that are none in any: it is
+/// then no axis, but counts something, as in rows of a hybrid of styles.
+fn counts(rows: &[Line<'_>], columns: &Columns) -> bool {
+    let integers = |name: &str| {
+        let at = columns.names.iter().position(|column| column == name);
+        rows.iter().map(move |row| {
+            let cell = at.and_then(|at| row.cells().nth(at));
+            cell.and_then(|cell| number::integer(cell.text))
+        })
+    };
+    let whole = integers("z").all(|value| value.is_some_and(|value| value >= 1));
+    rows.len() > 1 && whole && integers("x").chain(integers("y")).all(|value| value.is_none())
 }
 
 /// The names of the columns of a row.
@@ -601,7 +618,10 @@ mod tests {
     }
 
     fn read(atoms: &str, rows: &str) -> Particles {
+        // Bonds are of the styles of molecules.
+        let bonds = ["# full", "# molecular"].iter().any(|style| atoms.ends_with(style));
         let file = file(atoms, rows);
+        let file = if bonds { file } else { file.replace("3 bonds", "0 bonds") };
         assert!(is(file.as_bytes()));
         frame(Format::LammpsData, file, 0).unwrap_or_else(|error| panic!("{rows}: {error}"))
     }
@@ -625,7 +645,7 @@ mod tests {
         let sphere = read("Atoms # sphere", "1 1 0.5 1 1 2 3");
         assert_eq!(sphere.role(Role::Diameter).unwrap().values.get(0), Some(0.5));
         let hybrid = read("Atoms # hybrid sphere charge", "1 1 1 2 3 0.5 1 0.1");
-        assert_eq!((centers(&hybrid), hybrid.notes.len()), (vec![[1.0, 2.0, 3.0]], 2));
+        assert_eq!((centers(&hybrid), hybrid.notes.len()), (vec![[1.0, 2.0, 3.0]], 1));
     }
 
     /// Without the name of a style, one is taken where nothing that is drawn depends on it.
@@ -648,10 +668,21 @@ mod tests {
             ("1 1 0.5 0.5 1 2 3", "sphere, edpd, peri"),
             ("1 1 1 0.5 1 2 3", "full, sphere, ellipsoid, body, edpd, peri"),
         ] {
-            let error = frame(Format::LammpsData, file("Atoms", rows), 0).expect_err(rows);
+            let text = file("Atoms", rows).replace("3 bonds", "0 bonds");
+            let error = frame(Format::LammpsData, text, 0).expect_err(rows);
             assert!(error.message().contains(&format!("the styles {styles}")), "{error}");
             assert!(error.to_string().contains("Atoms # full"), "{error}");
         }
+        // Bonds, what is negative, and what is no axis tell.
+        let bonded = frame(Format::LammpsData, file("Atoms", "1 1 1 0.5 1 2 3"), 0).unwrap();
+        assert!(bonded.notes[0].contains("taken as full"), "{:?}", bonded.notes);
+        let negative = read("Atoms", "1 1 1 -0.5 1 2 3");
+        assert!(negative.notes[0].contains("taken as full"), "{:?}", negative.notes);
+        let comment = read("Atoms # I like comments", "1 1 0.5 2.5 3");
+        assert_eq!(comment.notes.len(), 2, "{:?}", comment.notes);
+        let hybrid = file("Atoms", "1 1 1.5 2.5 3.5 1\n2 1 1.5 2.5 3.5 2");
+        let hybrid = frame(Format::LammpsData, hybrid.replace("3 bonds", "0 bonds"), 0);
+        assert!(hybrid.expect_err("no z").message().contains("of no style"));
     }
 
     #[test]
@@ -687,7 +718,6 @@ mod tests {
             ("\n2 atoms", "\n", None, "no line with the number of atoms"),
             ("# atomic\n\n", "# atomic\n", Some(17), "is not blank"),
             ("# atomic", "# charge", Some(18), "have 6 cells, or 9 with image flags"),
-            ("# atomic", "# own", Some(16), "`own` is no style"),
             ("Atoms", "Atom", Some(3), "no section `Atoms`"),
             ("-1 9 xlo", "9 xlo", Some(6), "2 finite numbers"),
         ] {

@@ -261,6 +261,15 @@ impl Plan {
             }
             row.set_real(CENTERS, axis, value);
         }
+        // The end of the file, in the middle of a number.
+        if text.len() < 54 && line.next == line.span().end {
+            return Err(Fault::new(
+                "the file ends within the positions of an atom",
+                line.span(),
+                "cut short",
+                "wait until the file is written, or write it again",
+            ));
+        }
         if memchr::memchr(b'\t', &text[..text.len().min(54)]).is_some() {
             return Err(has_tab(line));
         }

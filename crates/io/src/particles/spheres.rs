@@ -185,7 +185,7 @@ impl<'a> Elements<'a> {
         let mut names: Vec<String> = Vec::new();
         for index in (0..count).filter(lacks) {
             let name = self.word(index);
-            if !names.contains(&name) {
+            if !name.is_empty() && !names.contains(&name) {
                 names.push(name);
             }
             if names.len() > 5 {
@@ -193,8 +193,12 @@ impl<'a> Elements<'a> {
                 break;
             }
         }
-        let names = names.join(", ");
-        Some(format!("{number} particles have no {what} ({names})"))
+        let names = match names.as_slice() {
+            [] => String::new(),
+            names => format!(" ({})", names.join(", ")),
+        };
+        let particles = if number == 1 { "particle has" } else { "particles have" };
+        Some(format!("{number} {particles} no {what}{names}"))
     }
 }
 
@@ -218,7 +222,7 @@ fn radii(
         let what = format!("{table} radius");
         if let Some(missing) = elements.missing(|element| radius(element).is_some(), &what) {
             let usual = USUAL_RADIUS / unit;
-            notes.push(format!("{missing}: they are drawn with a radius of {usual}"));
+            notes.push(format!("{missing}: drawn with a radius of {usual}"));
         }
         let usual = USUAL_RADIUS;
         let of = |known: &Option<Element>| known.and_then(radius).unwrap_or(usual) / unit * scale;
@@ -381,7 +385,7 @@ fn each(count: usize, color: impl Fn(usize) -> [u8; 3] + Sync) -> Colors {
 
 fn element_colors(elements: &Elements<'_>, notes: &mut Vec<String>) -> (Colors, String) {
     if let Some(missing) = elements.missing(|_| true, "element that is known") {
-        notes.push(format!("{missing}: their colour is {}", hex(NO_ELEMENT)));
+        notes.push(format!("{missing}: drawn in {}", hex(NO_ELEMENT)));
     }
     let colors: Vec<[u8; 3]> =
         elements.known.iter().map(|known| known.map_or(NO_ELEMENT, Element::color)).collect();

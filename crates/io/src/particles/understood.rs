@@ -200,7 +200,10 @@ fn unknown(name: &str) -> LoadError {
     let formats: Vec<&str> = Format::all().map(Format::name).collect();
     LoadError::of_file(
         name,
-        "is no scene file, and no file of particles whose format its content tells",
-        &format!("say which it is: --format {}", formats.join("|")),
+        "is no scene file, and no file of particles of a format that is read",
+        &format!(
+            "write it as one of {}; where the content does not tell which it is, add --format",
+            formats.join(", ")
+        ),
     )
 }
