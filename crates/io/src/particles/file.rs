@@ -339,4 +339,19 @@ pub(super) mod tests {
         let at = |row: usize| [0, 1, 2].map(|axis| particles.centers.get(3 * row + axis));
         (0..particles.len()).map(at).collect()
     }
+
+    #[cfg(all(feature = "lammps", feature = "pdb"))]
+    #[test]
+    fn a_mark_is_no_text() {
+        let row =
+            "ATOM      1  N   ALA A   1       1.000   2.000   3.000  1.00  0.00           N\n";
+        let text = format!("\u{feff}{row}{row}");
+        assert_eq!(Format::of_content(text.as_bytes()), Some(Format::Pdb));
+        assert_eq!(frame(Format::Pdb, text, 0).unwrap().len(), 2);
+        let error = opened(Format::Pdb, row.replace('\n', "\r").repeat(2)).expect_err("one line");
+        assert!(error.to_string().contains("carriage returns alone"), "{error}");
+        let cut = format!("{row}{}", &row[..52]);
+        let error = frame(Format::Pdb, cut, 0).expect_err("cut");
+        assert_eq!(error.line(), Some(2), "{error}");
+    }
 }

@@ -26,8 +26,9 @@ use planisphere_memory as memory;
 /// Bytes of a block of lines.
 const BLOCK: usize = 1 << 19;
 
-/// Blocks of a batch, for each thread.
-const BLOCKS: usize = 4;
+/// Blocks of a batch, for each thread, and at most: threads wait for each other only between
+/// batches.
+const BLOCKS: [usize; 2] = [16, 128];
 
 /// A column that is being read.
 #[derive(Debug)]
@@ -315,7 +316,6 @@ pub(super) fn read(
     if let Which::First(count, _) = which {
         set_rows(stores, *count)?;
     }
-    let blocks_at_once = BLOCKS * rayon::current_num_threads();
     loop {
         let done = (at - range.start) as f32 / range.len().max(1) as f32;
         control.reach(done);
@@ -327,12 +327,12 @@ pub(super) fn read(
         if at == whole.len() || left == 0 {
             break;
         }
-        let blocks = cut(whole, at, blocks_at_once);
-        data.begin(at..blocks.last().map_or(at, |block| block.end));
-        let mut counted: Vec<(Range<usize>, usize)> = blocks
-            .into_par_iter()
-            .map(|block| (block.clone(), count(whole, block, which)))
-            .collect();
+        let counted_block = |block: Range<usize>| {
+            data.begin(block.clone());
+            (block.clone(), count(whole, block, which))
+        };
+        let blocks = cut(whole, at, blocks_at_once()).into_par_iter();
+        let mut counted: Vec<(Range<usize>, usize)> = blocks.map(counted_block).collect();
         keep(whole, &mut counted, left);
         let of_blocks: Vec<usize> = counted.iter().map(|(_, rows)| *rows).collect();
         let more: usize = of_blocks.iter().sum();
@@ -421,9 +421,9 @@ pub(super) fn find(
     is: impl Fn(Line<'_>) -> bool + Sync,
 ) -> Option<usize> {
     let whole = data.as_slice().get(..range.end)?;
-    let (mut at, mut blocks_at_once) = (range.start, 1);
+    let (mut at, mut some) = (range.start, 1);
     while at < whole.len() {
-        let blocks = cut(whole, at, blocks_at_once);
+        let blocks = cut(whole, at, some);
         at = blocks.last()?.end;
         let found = blocks.into_par_iter().find_map_first(|block| {
             lines(whole, block).find(|line| is(*line)).map(|line| line.start)
@@ -431,9 +431,14 @@ pub(super) fn find(
         if found.is_some() {
             return found;
         }
-        blocks_at_once = BLOCKS * rayon::current_num_threads();
+        some = blocks_at_once();
     }
     None
+}
+
+/// Blocks of a batch.
+fn blocks_at_once() -> usize {
+    (BLOCKS[0] * rayon::current_num_threads()).min(BLOCKS[1])
 }
 
 /// The lines of a block.
