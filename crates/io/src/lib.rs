@@ -51,3 +51,5 @@ pub mod part;
 pub mod particles;
 #[cfg(feature = "png")]
 pub mod png;
+#[cfg(feature = "read")]
+mod zeros;

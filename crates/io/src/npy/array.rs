@@ -21,6 +21,7 @@ use crate::{
         number::{Kind, Number, are_extended},
         read::{self as npy, Descr, Field, Header, NotNpy},
     },
+    zeros::zeros,
 };
 use planisphere_core::{
     drawing::Control,
@@ -707,8 +708,8 @@ impl Array {
     ) -> Result<Taken<Reals>, Refused> {
         const PIECE: usize = 1 << 20;
         let bytes = self.room(cells, size_of::<T>(), &why, to)?;
-        let numbers = bytemuck::allocation::try_zeroed_vec::<T>(from.len() / size_of::<T>());
-        let mut numbers = numbers.map_err(|_| no_room(&why, bytes, None, to))?;
+        let numbers = zeros::<T>(from.len() / size_of::<T>());
+        let mut numbers = numbers.ok_or_else(|| no_room(&why, bytes, None, to))?;
         let places = bytemuck::cast_slice_mut::<T, u8>(&mut numbers).par_chunks_mut(PIECE);
         places.zip(from.par_chunks(PIECE)).for_each(|(to, from)| {
             if !self.control.is_cancelled() {
@@ -735,7 +736,7 @@ impl Array {
     ) -> Option<Column<T>> {
         let columns: [(usize, Number); N] = cells.columns.as_slice().try_into().ok()?;
         // Of this size, zeros are what the system gives: nothing is written twice.
-        let mut rows: Vec<[T; N]> = bytemuck::allocation::try_zeroed_vec(cells.count()).ok()?;
+        let mut rows: Vec<[T; N]> = zeros(cells.count())?;
         let row = |row: usize| {
             let at = cells.row(row);
             columns.map(|(column, number)| read(self.cell(at + column, number)))

@@ -11,6 +11,7 @@ use super::{Data, Role, Values};
 use crate::{
     input::report::Fault,
     npy::number::{Kind, Number},
+    zeros::zeros,
 };
 use planisphere_core::{drawing::Control, scene::Reals, text};
 use planisphere_memory as memory;
@@ -138,14 +139,17 @@ fn check(length: usize, records: &Records, targets: &[Target]) -> Result<(), Fau
 pub(super) fn rooms(targets: &[Target], count: usize) -> Result<Vec<Room>, Fault> {
     let row: usize = targets.iter().map(|target| target.form.size() * target.parts.len()).sum();
     let needed = row.saturating_mul(count) as u64;
-    memory::room(needed).map_err(|available| {
-        let [needed, available] = [needed, available].map(text::bytes);
+    let refused = |there: String| {
+        let needed = text::bytes(needed);
         Fault::whole(
-            format!("{count} particles take {needed} of memory, and {available} is available"),
+            format!("{count} particles take {needed} of memory, and {there}"),
             "free some memory, or draw fewer particles at a time",
         )
-    })?;
-    Ok(targets.iter().map(|target| Room::new(target, count)).collect())
+    };
+    memory::room(needed)
+        .map_err(|available| refused(format!("{} is available", text::bytes(available))))?;
+    let rooms: Option<Vec<Room>> = targets.iter().map(|target| Room::new(target, count)).collect();
+    rooms.ok_or_else(|| refused("it cannot be had".into()))
 }
 
 /// A column that is being filled, and how many values a record has.
@@ -158,15 +162,16 @@ pub(super) enum Room {
 }
 
 impl Room {
-    fn new(target: &Target, count: usize) -> Self {
-        use bytemuck::allocation::zeroed_vec;
+    /// Of zeros; none where the memory cannot be had.
+    fn new(target: &Target, count: usize) -> Option<Self> {
         let width = target.parts.len();
-        match target.form {
-            Form::F32 => Self::F32(zeroed_vec(width * count), width),
-            Form::F64 => Self::F64(zeroed_vec(width * count), width),
-            Form::Integers => Self::Integers(zeroed_vec(width * count), width),
-            Form::Bytes => Self::Bytes(zeroed_vec(width * count), width),
-        }
+        let length = width.checked_mul(count)?;
+        Some(match target.form {
+            Form::F32 => Self::F32(zeros(length)?, width),
+            Form::F64 => Self::F64(zeros(length)?, width),
+            Form::Integers => Self::Integers(zeros(length)?, width),
+            Form::Bytes => Self::Bytes(zeros(length)?, width),
+        })
     }
 
     /// The places of some records after another, [`SOME`] at a time.

@@ -65,14 +65,18 @@ impl Store {
         }
     }
 
-    /// Sets the number of rows.
-    fn set_rows(&mut self, rows: usize) {
-        // Zeros of the system's own, which take no memory until they are written over.
-        fn set<T: Copy + Default + bytemuck::Zeroable>(values: &mut Vec<T>, length: usize) {
+    /// Sets the number of rows; none where the memory cannot be had.
+    fn set_rows(&mut self, rows: usize) -> Option<()> {
+        fn set<T: Copy + Default + bytemuck::Zeroable>(
+            values: &mut Vec<T>,
+            length: usize,
+        ) -> Option<()> {
             if values.is_empty() {
-                *values = bytemuck::allocation::zeroed_vec(length);
+                *values = bytemuck::allocation::try_zeroed_vec(length).ok()?;
             }
+            values.try_reserve(length.saturating_sub(values.len())).ok()?;
             values.resize(length, T::default());
+            Some(())
         }
         match self {
             Self::Reals(values, width) => set(values, rows * *width),
@@ -378,15 +382,17 @@ fn room_for(
 fn set_rows(stores: &mut [Store], rows: usize) -> Result<(), Fault> {
     let row_bytes: usize = stores.iter().map(Store::row_bytes).sum();
     let needed = row_bytes.saturating_mul(rows);
-    memory::room(needed as u64).map_err(|available| {
-        let [needed, available] = [needed as u64, available].map(text::bytes);
+    let refused = |there: String| {
+        let needed = text::bytes(needed as u64);
         Fault::whole(
-            format!("{rows} rows take {needed} of memory, and {available} is available"),
+            format!("{rows} rows take {needed} of memory, and {there}"),
             "free some memory, or draw fewer particles at a time",
         )
-    })?;
-    stores.iter_mut().for_each(|store| store.set_rows(rows));
-    Ok(())
+    };
+    memory::room(needed as u64)
+        .map_err(|available| refused(format!("{} is available", text::bytes(available))))?;
+    let set = stores.iter_mut().try_for_each(|store| store.set_rows(rows));
+    set.ok_or_else(|| refused("it cannot be had".into()))
 }
 
 /// The next blocks of a text, each of whole lines.
