@@ -404,7 +404,7 @@ impl LoadError {
         self.0.path.as_deref()
     }
 
-    /// Whether the reading was cancelled ([`load_controlled`](super::load_controlled)): then it is
+    /// Whether the reading was cancelled (`load_controlled`): then it is
     /// not known whether anything is wrong.
     pub fn is_cancelled(&self) -> bool {
         self.0.cancelled

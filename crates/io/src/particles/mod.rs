@@ -1,7 +1,7 @@
 //! Files of particles, as simulations and structure databases have them: columns of numbers, one
 //! row a particle, in one frame or several.
 //!
-//! A format is a [`Reader`] in a file of its own. It says where the frames of its bytes lie, and
+//! A format is a `Reader` in a file of its own. It says where the frames of its bytes lie, and
 //! turns one of them into [`Particles`]; it knows nothing of pictures. What of the columns is
 //! drawn, how large and in which colour, is decided for all formats alike.
 

@@ -3,7 +3,7 @@
 //! What is not asked for is chosen, in this order, and each choice is put into words:
 //!
 //! * **Radius**: a column of radii, or of diameters; else the element's van der Waals radius; else
-//!   half the usual distance between neighbours ([`super::spacing`]).
+//!   half the usual distance between neighbours (`spacing.rs`).
 //! * **Colour**: a column of colours; else the element's (Jmol); else that of the type in a
 //!   palette; else one colour for all. A type has its colour in each frame and file, whichever
 //!   other types there are.
