@@ -277,7 +277,13 @@ impl File {
             Fault::if_cancelled(control)?;
             let at = found.frames.last().map_or(0, |frame| frame.end);
             match self.reader.frame(&self.data, at) {
-                Ok(Some(frame)) => found.frames.push(frame),
+                Ok(Some(frame)) => {
+                    // Of what is passed over no memory stays taken.
+                    if found.frames.len() < number {
+                        self.data.done(frame.clone());
+                    }
+                    found.frames.push(frame);
+                }
                 Ok(None) => found.all = true,
                 Err(fault) => {
                     let whole = match found.frames.len() {
