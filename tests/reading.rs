@@ -242,6 +242,7 @@ fn scene_files_name_files() {
         ("color_by = 'charge'\nmap = 'jet'", &["s.toml:4:7", "viridis"]),
         ("radii = 'r.npy'", &["both `radii` and `file`"]),
         ("map = 'turbo'", &["s.toml:3:7", "no `color_by`"]),
+        ("topology = '-'", &["./-", "no such file"]),
         ("colour_by = 'q'", &["color_by"]),
     ] {
         let text = format!("[[spheres]]\nfile = 'run.xyz'\n{keys}\n");

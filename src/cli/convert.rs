@@ -10,8 +10,8 @@ use clap::{Args as ClapArgs, ValueEnum};
 use super::{Failure, ends::Ends, progress::Progress, reading::ReadingArgs, render::say_read, say};
 use planisphere_io::{
     load::{Control, Opened, open},
-    output::{Target, commit},
-    particles::{Frame, Understood, understand, write::Output},
+    output::{Staged, Target, commit},
+    particles::{File, Frame, Understood, understand, write::Output},
 };
 
 /// `convert`, as typed.
@@ -145,7 +145,7 @@ impl ConvertArgs {
                 let blocks: Vec<_> =
                     loaded.scene.blocks().map(|(_, block)| block.clone()).collect();
                 let output = Output { blocks: &blocks, columns: &[], cell: None };
-                super::unless_changed(&loaded.watch, || write(&output, to, target))
+                super::unless_changed(&loaded.watch, || stage(&output, to, target))?.commit()
             }
             Opened::Particles(file) => {
                 let found = understand(&file, options.frame, &options.appearance, &control)?;
@@ -153,9 +153,7 @@ impl ConvertArgs {
                 let target = name.map(|name| of_frame(name, found.frame));
                 self.check(&target, &[])?;
                 say(&found.line);
-                write_frame(&found, to, target)?;
-                file.unchanged()?;
-                Ok(())
+                write_frame(&file, &found, to, target)
             }
         }
     }
@@ -188,8 +186,8 @@ impl ConvertArgs {
             if place == 0 {
                 say(&found.line);
             }
-            write_frame(&found, to, targets.as_ref().map(|targets| targets[place].clone()))?;
-            file.unchanged()?;
+            let target = targets.as_ref().map(|targets| targets[place].clone());
+            write_frame(&file, &found, to, target)?;
         }
         say(&format!("{} frame{}", numbers.len(), if numbers.len() == 1 { "" } else { "s" }));
         Ok(())
@@ -222,29 +220,52 @@ fn of_frame(name: &Path, frame: usize) -> Target {
 /// What stands for the number of the frame in a name.
 const FRAME: &str = "{frame}";
 
-fn write_frame(found: &Understood, to: To, target: Option<Target>) -> Result<(), Failure> {
+/// Writes a frame, unless its file has changed meanwhile: numbers may lie in it.
+fn write_frame(
+    file: &File,
+    found: &Understood,
+    to: To,
+    target: Option<Target>,
+) -> Result<(), Failure> {
     let Understood { particles, spheres, .. } = found;
     let blocks = std::slice::from_ref(&spheres.block);
-    write(&Output { blocks, columns: &particles.columns, cell: particles.cell }, to, target)
+    let output = Output { blocks, columns: &particles.columns, cell: particles.cell };
+    let written = stage(&output, to, target)?;
+    file.unchanged()?;
+    written.commit()
 }
 
-/// Writes one file, whole or not at all.
-fn write(output: &Output<'_>, to: To, target: Option<Target>) -> Result<(), Failure> {
-    let Some(target) = target else { return Ok(()) };
+/// A file that is written, and has no name yet.
+struct Written {
+    staged: Vec<Staged>,
+    /// What it has no place for, each one line.
+    left_out: Vec<String>,
+}
+
+/// Writes one file.
+fn stage(output: &Output<'_>, to: To, target: Option<Target>) -> Result<Written, Failure> {
+    let mut written = Written { staged: Vec::new(), left_out: Vec::new() };
+    let Some(target) = target else { return Ok(written) };
     let progress = Progress::step("writing");
-    let mut left_out = Vec::new();
-    let staged = target.stage(|out: &mut dyn Write| -> io::Result<()> {
+    written.staged.push(target.stage(|out: &mut dyn Write| -> io::Result<()> {
         match to {
             To::Npz => output.write_npz(out),
-            To::Ply => output.write_ply(out).map(|words| left_out = words),
+            To::Ply => output.write_ply(out).map(|words| written.left_out = words),
             To::Xyz => output.write_xyz(out),
             To::None => Ok(()),
         }
-    })?;
-    let notes = commit(vec![staged])?;
+    })?);
     drop(progress);
-    left_out.iter().chain(&notes).for_each(|note| say(&format!("note: {note}")));
-    Ok(())
+    Ok(written)
+}
+
+impl Written {
+    /// Gives it its name.
+    fn commit(self) -> Result<(), Failure> {
+        let notes = commit(self.staged)?;
+        self.left_out.iter().chain(&notes).for_each(|note| say(&format!("note: {note}")));
+        Ok(())
+    }
 }
 
 #[cfg(test)]

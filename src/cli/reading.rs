@@ -168,22 +168,17 @@ pub(super) fn parse_frame(typed: &str) -> Result<Frame, String> {
         return Ok(Frame::FromLast(0));
     }
     let fix = || "write a number from 0 on, a negative one (-1 is the last), or `last`".to_owned();
-    let number: i64 = typed.parse().map_err(|_| fix())?;
-    let places = usize::try_from(number.unsigned_abs()).map_err(|_| fix())?;
-    Ok(if number < 0 { Frame::FromLast(places - 1) } else { Frame::FromFirst(places) })
+    typed.parse::<i64>().map(Frame::from).map_err(|_| fix())
 }
 
 fn parse_radius(typed: &str) -> Result<RadiusFrom, String> {
-    match typed.to_ascii_lowercase().as_str() {
-        "vdw" => return Ok(RadiusFrom::VanDerWaals),
-        "covalent" => return Ok(RadiusFrom::Covalent),
-        "" => return Err("write a number, vdw, covalent, or the name of a column".into()),
-        _ => {}
+    if typed.is_empty() {
+        return Err("write a number, vdw, covalent, or the name of a column".into());
     }
     match typed.parse::<f64>() {
         Ok(radius) if radius > 0.0 && radius.is_finite() => Ok(RadiusFrom::Same(radius)),
         Ok(_) => Err("a radius is greater than 0 and finite".into()),
-        Err(_) => Ok(RadiusFrom::Column(typed.into())),
+        Err(_) => Ok(RadiusFrom::from(typed)),
     }
 }
 

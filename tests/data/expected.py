@@ -94,7 +94,8 @@ class Found:
         try:
             others = read()
         except Exception as error:  # what other programs cannot read is a fact too
-            self.facts["differ"].append(f"{name} fails: {type(error).__name__}: {error}"[:200])
+            words = f"{name} fails: {type(error).__name__}: {error}".replace(f"{HERE}/", "")
+            self.facts["differ"].append(words[:200])
             return self
         differs = compare(self.frames, name, others, single)
         if differs:

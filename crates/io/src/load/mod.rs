@@ -1,9 +1,8 @@
-//! Files in: a scene file (TOML) and the NumPy arrays it names become a scene, a camera and an
-//! image size.
+//! Files in: a scene file (TOML) with the arrays and files of particles that it names, or a file of
+//! particles alone, becomes a scene, a camera and an image size.
 //!
-//! Nothing is clamped, dropped or guessed: what has no picture is refused with the file, line,
-//! column and the fix. Only this module and [`crate::part`] read files; the command line and the
-//! window are their callers.
+//! Nothing is clamped: what has no picture is refused with the file, line, column and the fix, and
+//! what is chosen for a file of particles is said. The command line and the window are the callers.
 
 use std::{
     fmt,
@@ -41,7 +40,7 @@ mod scene_file;
 /// The size of an image that has none in its file, in pixels.
 pub const DEFAULT_IMAGE: ImageSize = ImageSize { width: 800, height: 800 };
 
-/// What a scene file says.
+/// What a scene file, or a file of particles, says.
 #[derive(Clone)]
 pub struct Loaded {
     /// The spheres.
@@ -54,7 +53,7 @@ pub struct Loaded {
     pub image: ImageSize,
     /// Colour where there is no sphere, sRGB.
     pub background: [u8; 3],
-    /// The arrays that were read.
+    /// The arrays and files of particles that were read beside it.
     pub files: Vec<PathBuf>,
     /// The arrays that stay in their files.
     pub watch: Watch,
@@ -168,19 +167,10 @@ pub fn load_controlled(path: &Path, control: &Control) -> Result<Loaded, LoadErr
 /// As [`load`]; and one that [is cancelled](LoadError::is_cancelled).
 #[cfg(feature = "particles")]
 pub fn load_controlled(path: &Path, control: &Control) -> Result<Loaded, LoadError> {
-    load_with(path, &Options::default(), control)
-}
-
-/// The same, of which is given how a file of particles is read and drawn. What that says is left
-/// aside of a scene file.
-///
-/// # Errors
-/// As [`load_controlled`].
-#[cfg(feature = "particles")]
-pub fn load_with(path: &Path, options: &Options, control: &Control) -> Result<Loaded, LoadError> {
-    match open(path, options, control)? {
+    let options = Options::default();
+    match open(path, &options, control)? {
         Opened::Scene(loaded) => Ok(*loaded),
-        Opened::Particles(file) => of_frame(&file, options, control),
+        Opened::Particles(file) => of_frame(&file, &options, control),
     }
 }
 

@@ -685,7 +685,7 @@ mod particles {
         }
         let options = read_options(section, files)?;
         let name = section.read("file", string)?.unwrap_or_default();
-        let (path, span) = (files.folder.join(name), section.place("file"));
+        let (path, span) = (beside(files, &name), section.place("file"));
         let failed = |error: &LoadError| {
             let place = match (error.line(), error.column()) {
                 (Some(line), Some(column)) => format!("{}:{line}:{column}: ", text::name(&path)),
@@ -724,6 +724,11 @@ mod particles {
         Ok((block, source))
     }
 
+    /// A file by its name in a scene file: `-` is no standard input there.
+    fn beside(files: &super::Files, name: &str) -> PathBuf {
+        files.folder.join(if name == "-" { "./-" } else { name })
+    }
+
     /// The keys beside `file`.
     fn read_options(section: &Section, files: &super::Files) -> Result<Options, Fault> {
         section.not_both("color", "color_by")?;
@@ -749,7 +754,7 @@ mod particles {
             map: section.read("map", map)?,
             range: section.read("range", range)?.flatten(),
         };
-        let topology = section.read("topology", string)?.map(|name| files.folder.join(name));
+        let topology = section.read("topology", string)?.map(|name| beside(files, &name));
         Ok(Options {
             format: section.read("format", format)?,
             frame: section.read("frame", frame)?.unwrap_or_default(),
@@ -785,20 +790,14 @@ mod particles {
             let last = |found: &str| (found == "last").then_some(Frame::FromLast(0));
             return named(key, value, last, &["a number, or \"last\""]);
         }
-        let number = integer(key, value)?;
-        let places = usize::try_from(number.unsigned_abs()).unwrap_or(usize::MAX);
-        Ok(if number < 0 { Frame::FromLast(places - 1) } else { Frame::FromFirst(places) })
+        integer(key, value).map(Frame::from)
     }
 
     fn radius(key: &str, value: &Value) -> Result<RadiusFrom, Fault> {
         let DeValue::String(_) = value.get_ref() else {
             return positive(key, value).map(RadiusFrom::Same);
         };
-        Ok(match string(key, value)?.as_str() {
-            "vdw" => RadiusFrom::VanDerWaals,
-            "covalent" => RadiusFrom::Covalent,
-            column => RadiusFrom::Column(column.into()),
-        })
+        string(key, value).map(|word| RadiusFrom::from(word.as_str()))
     }
 
     /// The ends of a map; none for those of the frame.

@@ -7,6 +7,9 @@ use rayon::prelude::*;
 
 use crate::input::mapped::Mapped;
 
+/// What some programs write before UTF-8.
+pub(super) const MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// The bytes of an input: mapped, or in memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Data {
@@ -27,9 +30,12 @@ impl From<Arc<Mapped>> for Data {
 }
 
 impl Data {
-    /// The same without some bytes at its beginning.
-    pub fn behind(&self, bytes: usize) -> Self {
-        Self { bytes: self.bytes.slice(bytes..), mapped: self.mapped.clone() }
+    /// The same text without the mark that may stand before it.
+    pub fn without_mark(self) -> Self {
+        if !self.bytes.starts_with(MARK) {
+            return self;
+        }
+        Self { bytes: self.bytes.slice(MARK.len()..), mapped: self.mapped }
     }
 
     /// All of it.

@@ -4,7 +4,7 @@ use std::{fmt, ops::Range, sync::Mutex};
 
 use bytes::Bytes;
 
-use super::{Data, Format, Particles, Reader};
+use super::{Data, Format, Particles, Reader, format::Content};
 use crate::input::{
     mapped::ChangedFile,
     report::{Fault, LoadError},
@@ -21,6 +21,14 @@ pub enum Frame {
     FromFirst(usize),
     /// Counted from the last, which is 0.
     FromLast(usize),
+}
+
+impl From<i64> for Frame {
+    /// Counted from the first, which is 0; of a negative number from the last, which is -1.
+    fn from(number: i64) -> Self {
+        let places = usize::try_from(number.unsigned_abs()).unwrap_or(usize::MAX);
+        if number < 0 { Self::FromLast(places - 1) } else { Self::FromFirst(places) }
+    }
 }
 
 impl Default for Frame {
@@ -41,9 +49,6 @@ pub struct File {
     topology: Option<Particles>,
     found: Mutex<Found>,
 }
-
-/// What some programs write before UTF-8.
-const MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Whether a text has carriage returns, and no line feed.
 fn is_of_lone_returns(text: &[u8]) -> bool {
@@ -87,22 +92,21 @@ impl File {
     /// # Errors
     /// When they are no such file.
     pub(crate) fn open(name: String, format: Format, data: Data) -> Result<Self, LoadError> {
+        let data = match format.content() {
+            Content::Lines | Content::Text => data.without_mark(),
+            Content::Bytes | Content::Trajectory => data,
+        };
         if data.as_slice().trim_ascii().is_empty() {
             let fix = "see why what was to write it has written nothing, or name another file";
             return Err(LoadError::of_file(&name, "is empty", fix));
         }
-        if format.has_lines() && is_of_lone_returns(data.as_slice()) {
+        if format.content() == Content::Lines && is_of_lone_returns(data.as_slice()) {
             return Err(LoadError::of_file(
                 &name,
                 "its lines end with carriage returns alone, as on old Macintoshes",
                 "write line feeds in their place: tr '\\r' '\\n' <OLD >NEW",
             ));
         }
-        // A mark before UTF-8 is no part of the text.
-        let data = match data.as_slice().starts_with(MARK) && format.has_lines() {
-            true => data.behind(MARK.len()),
-            false => data,
-        };
         match format.open(&data) {
             Ok(reader) => {
                 let (title, notes) = (format.title().into(), Vec::new());
@@ -242,7 +246,7 @@ impl File {
 
     /// A fault in a frame, which is named where there is no line that is.
     fn in_frame(&self, number: usize, fault: Fault) -> Fault {
-        match fault.has_place() || !self.format.is_trajectory() {
+        match fault.has_place() || self.format.content() != Content::Trajectory {
             true => fault,
             false => fault.of(&format!("frame {number}: ")),
         }
@@ -325,6 +329,7 @@ impl File {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::particles::Values;
 
     /// Bytes as a file of a format, for the tests of readers.
     pub fn opened(format: Format, bytes: impl Into<Vec<u8>>) -> Result<File, LoadError> {
@@ -344,6 +349,22 @@ pub(super) mod tests {
     pub fn centers(particles: &Particles) -> Vec<[f64; 3]> {
         let at = |row: usize| [0, 1, 2].map(|axis| particles.centers.get(3 * row + axis));
         (0..particles.len()).map(at).collect()
+    }
+
+    /// A column's values as text.
+    pub fn words(particles: &Particles, name: &str) -> Vec<String> {
+        let column = particles.column(name).unwrap_or_else(|| panic!("no {name}"));
+        match &column.values {
+            Values::Words(words) => {
+                (0..words.codes.len()).map(|row| words.get(row).into()).collect()
+            }
+            values => (0..values.len()).map(|row| values.get(row).unwrap().to_string()).collect(),
+        }
+    }
+
+    /// The first coordinate of each position.
+    pub fn x(particles: &Particles) -> Vec<f64> {
+        centers(particles).iter().map(|center| center[0]).collect()
     }
 
     #[cfg(all(feature = "lammps", feature = "pdb"))]

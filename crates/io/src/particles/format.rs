@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Data, Reader};
+use super::{Data, Reader, data::MARK};
 use crate::input::report::Fault;
 
 /// A format of particles.
@@ -50,6 +50,19 @@ pub enum Format {
     Ply,
 }
 
+/// What the files of a format are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Content {
+    /// Text of lines, which end with line feeds.
+    Lines,
+    /// Text whose lines may end otherwise.
+    Text,
+    /// Numbers, or text before numbers.
+    Bytes,
+    /// Numbers, in many frames.
+    Trajectory,
+}
+
 /// All that is known of a format before one of its files is opened.
 struct About {
     format: Format,
@@ -57,6 +70,8 @@ struct About {
     name: &'static str,
     /// What it is called in sentences.
     title: &'static str,
+    /// What its files are made of.
+    content: Content,
     /// Endings of its files' names, in lower case.
     endings: &'static [&'static str],
     /// The unit of its positions, in angstrom; one where it has none.
@@ -73,6 +88,7 @@ const ALL: &[About] = &[
         format: Format::Dump,
         name: "dump",
         title: "LAMMPS dump",
+        content: Content::Lines,
         endings: &["dump", "lammpstrj", "lammpsdump"],
         angstrom: 1.0,
         is: super::dump::is,
@@ -83,6 +99,7 @@ const ALL: &[About] = &[
         format: Format::Dcd,
         name: "dcd",
         title: "DCD",
+        content: Content::Trajectory,
         endings: &["dcd"],
         angstrom: 1.0,
         is: super::dcd::is,
@@ -93,6 +110,7 @@ const ALL: &[About] = &[
         format: Format::Gsd,
         name: "gsd",
         title: "GSD",
+        content: Content::Trajectory,
         endings: &["gsd"],
         angstrom: 1.0,
         is: super::gsd::is,
@@ -103,6 +121,7 @@ const ALL: &[About] = &[
         format: Format::Xtc,
         name: "xtc",
         title: "XTC",
+        content: Content::Trajectory,
         endings: &["xtc"],
         angstrom: 10.0,
         is: super::xtc::is,
@@ -113,6 +132,7 @@ const ALL: &[About] = &[
         format: Format::Ply,
         name: "ply",
         title: "PLY",
+        content: Content::Bytes,
         endings: &["ply"],
         angstrom: 1.0,
         is: super::ply::is,
@@ -123,6 +143,7 @@ const ALL: &[About] = &[
         format: Format::Npy,
         name: "npy",
         title: "NumPy array",
+        content: Content::Bytes,
         endings: &["npy"],
         angstrom: 1.0,
         is: super::numpy::is_array,
@@ -133,6 +154,7 @@ const ALL: &[About] = &[
         format: Format::Npz,
         name: "npz",
         title: "NumPy archive",
+        content: Content::Bytes,
         endings: &["npz"],
         angstrom: 1.0,
         is: super::numpy::is_archive,
@@ -143,6 +165,7 @@ const ALL: &[About] = &[
         format: Format::Xyz,
         name: "xyz",
         title: "XYZ",
+        content: Content::Lines,
         endings: &["xyz", "extxyz", "exyz"],
         angstrom: 1.0,
         is: super::xyz::is,
@@ -153,6 +176,7 @@ const ALL: &[About] = &[
         format: Format::Gro,
         name: "gro",
         title: "GRO",
+        content: Content::Lines,
         endings: &["gro"],
         angstrom: 10.0,
         is: super::gro::is,
@@ -163,6 +187,7 @@ const ALL: &[About] = &[
         format: Format::MmCif,
         name: "mmcif",
         title: "mmCIF",
+        content: Content::Text,
         endings: &["cif", "mmcif"],
         angstrom: 1.0,
         is: super::mmcif::is,
@@ -173,6 +198,7 @@ const ALL: &[About] = &[
         format: Format::Pdb,
         name: "pdb",
         title: "PDB",
+        content: Content::Lines,
         endings: &["pdb", "ent"],
         angstrom: 1.0,
         is: super::pdb::is,
@@ -183,6 +209,7 @@ const ALL: &[About] = &[
         format: Format::LammpsData,
         name: "data",
         title: "LAMMPS data",
+        content: Content::Lines,
         endings: &["data", "lmp", "lammps"],
         angstrom: 1.0,
         is: super::lammps_data::is,
@@ -193,6 +220,7 @@ const ALL: &[About] = &[
         format: Format::Csv,
         name: "csv",
         title: "CSV",
+        content: Content::Text,
         endings: &["csv", "tsv"],
         angstrom: 1.0,
         is: super::csv::is,
@@ -239,8 +267,8 @@ impl Format {
 
     /// The format that bytes are of, by their beginning.
     pub fn of_content(beginning: &[u8]) -> Option<Self> {
-        // A mark before UTF-8 tells nothing.
-        let beginning = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
+        // What some programs write before UTF-8 tells nothing.
+        let beginning = beginning.strip_prefix(MARK).unwrap_or(beginning);
         ALL.iter().find(|about| (about.is)(beginning)).map(|about| about.format)
     }
 
@@ -249,14 +277,9 @@ impl Format {
         self.about().angstrom
     }
 
-    /// Whether its files are of numbers alone, in many frames.
-    pub(super) fn is_trajectory(self) -> bool {
-        ["dcd", "gsd", "xtc"].contains(&self.name())
-    }
-
-    /// Whether its files are lines of text, which end with line feeds.
-    pub(super) fn has_lines(self) -> bool {
-        ["data", "dump", "gro", "pdb", "xyz"].contains(&self.name())
+    /// What its files are made of.
+    pub(super) fn content(self) -> Content {
+        self.about().content
     }
 
     /// A reader for the bytes of one input.

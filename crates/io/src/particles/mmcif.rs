@@ -834,7 +834,7 @@ mod tests {
     use super::*;
     use crate::particles::{
         Format,
-        file::tests::{centers, frame, opened},
+        file::tests::{centers, frame, opened, words, x},
     };
 
     const QUOTED: &str = "data_t
@@ -901,20 +901,6 @@ _atom_site.id
 _atom_site.Cartn_x
 1 2
 ";
-
-    fn words(particles: &Particles, name: &str) -> Vec<String> {
-        let column = particles.column(name).unwrap_or_else(|| panic!("no {name}"));
-        match &column.values {
-            Values::Words(words) => {
-                (0..words.codes.len()).map(|row| words.get(row).into()).collect()
-            }
-            values => (0..values.len()).map(|row| values.get(row).unwrap().to_string()).collect(),
-        }
-    }
-
-    fn x(particles: &Particles) -> Vec<f64> {
-        centers(particles).iter().map(|center| center[0]).collect()
-    }
 
     #[test]
     fn few_columns_in_any_order_and_rows_that_wrap() {

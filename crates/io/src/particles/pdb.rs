@@ -490,8 +490,8 @@ fn finish(mut stores: Vec<Store>, cell: Option<Cell>) -> Particles {
 mod tests {
     use super::*;
     use crate::particles::{
-        Format, Values,
-        file::tests::{centers, frame, opened},
+        Format,
+        file::tests::{centers, frame, opened, words, x},
     };
 
     const SERIALS: &str = "\
@@ -519,20 +519,6 @@ ATOM     11  CA BALA C   7      10.000   0.000   0.000  0.70  5.00           C
 ATOM     12  CB BALA C   7      11.000   0.000   0.000  0.70  5.00           C
 END
 ";
-
-    fn words(particles: &Particles, name: &str) -> Vec<String> {
-        let column = particles.column(name).unwrap_or_else(|| panic!("no {name}"));
-        match &column.values {
-            Values::Words(words) => {
-                (0..words.codes.len()).map(|row| words.get(row).into()).collect()
-            }
-            values => (0..values.len()).map(|row| values.get(row).unwrap().to_string()).collect(),
-        }
-    }
-
-    fn x(particles: &Particles) -> Vec<f64> {
-        centers(particles).iter().map(|center| center[0]).collect()
-    }
 
     #[test]
     fn serials_in_any_notation_and_numbers_that_touch() {

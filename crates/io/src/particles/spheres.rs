@@ -60,6 +60,17 @@ pub enum RadiusFrom {
     Covalent,
 }
 
+impl From<&str> for RadiusFrom {
+    /// The elements' radii by their words, `vdw` and `covalent`; else a column by its name.
+    fn from(word: &str) -> Self {
+        match word.to_ascii_lowercase().as_str() {
+            "vdw" => Self::VanDerWaals,
+            "covalent" => Self::Covalent,
+            _ => Self::Column(word.into()),
+        }
+    }
+}
+
 /// Where colours come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ColorFrom {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::{
     Beginning, File, Format, Frame, Input, Particles,
+    data::MARK,
     spheres::{Appearance, Spheres, Unfit, spheres},
 };
 use crate::input::{mapped::ChangedFile, named::Named, report::LoadError};
@@ -145,7 +146,7 @@ fn is_scene(path: &Path) -> bool {
 /// Whether bytes begin as TOML does: with a table, or a key and a value. What is empty, and what
 /// holds nothing but comments, the reader of scenes has its own words for.
 fn is_like_toml(beginning: &[u8]) -> bool {
-    let text = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
+    let text = beginning.strip_prefix(MARK).unwrap_or(beginning);
     let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#"));
     let is_key = |byte: &u8| byte.is_ascii_alphanumeric() || b"_-.\"'".contains(byte);

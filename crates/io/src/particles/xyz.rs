@@ -21,9 +21,6 @@ use planisphere_core::{drawing::Control, scene::Reals, text};
 
 mod comment;
 
-/// What a text may begin with that says that it is UTF-8.
-const MARK: &[u8] = b"\xef\xbb\xbf";
-
 /// What the comment of LAMMPS begins with, whose rows may begin with a type.
 const LAMMPS: &[u8] = b"Atoms. Timestep:";
 
@@ -130,8 +127,6 @@ impl Reader for Xyz {
 fn count(line: Line<'_>) -> Option<usize> {
     let mut cells = line.cells();
     let first = cells.next()?.text;
-    // The mark may stand at the beginning of the file.
-    let first = first.strip_prefix(MARK).filter(|_| line.start == 0).unwrap_or(first);
     let ended = cells.next().is_none_or(|cell| matches!(cell.text[0], b'#' | b'!'));
     number::integer(first).and_then(|count| usize::try_from(count).ok()).filter(|_| ended)
 }
