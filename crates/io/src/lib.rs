@@ -7,6 +7,7 @@
 //! | feature | modules | |
 //! | --- | --- | --- |
 //! | `png` | `png` | ids or colours become a PNG |
+//! | `png` | `picture` | pixels become a PNG, and come back from one |
 //! | `parts` | `part` | parts of pictures as bytes; with `read`, from files |
 //! | `read` | `load`, `identity` | reads scene files and their arrays |
 //! | `particles` | `particles` | what files of particles share; each format is a feature more |
@@ -49,6 +50,8 @@ pub mod part;
     allow(dead_code, reason = "each format uses a part of what they share")
 )]
 pub mod particles;
+#[cfg(feature = "png")]
+pub mod picture;
 #[cfg(feature = "png")]
 pub mod png;
 #[cfg(feature = "read")]
