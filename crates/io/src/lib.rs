@@ -56,3 +56,5 @@ pub mod picture;
 pub mod png;
 #[cfg(feature = "read")]
 mod zeros;
+#[cfg(feature = "png")]
+mod zlib;
