@@ -38,6 +38,12 @@ impl Adler {
         Self { a: 1, b: 0, bytes: 0 }
     }
 
+    /// Of bytes.
+    pub(crate) fn of(bytes: &[u8]) -> Self {
+        let sum = simd_adler32::adler32(&bytes);
+        Self { a: u64::from(sum & 0xffff), b: u64::from(sum >> 16), bytes: bytes.len() as u64 }
+    }
+
     /// Of these bytes and the next ones.
     pub(crate) fn then(self, next: Self) -> Self {
         // What the next bytes began with, 1, is replaced by what is there after these.

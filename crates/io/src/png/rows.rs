@@ -16,6 +16,9 @@ const BANDS: usize = 256;
 /// Bytes of an image data chunk, about.
 pub(super) const CHUNK: usize = 1 << 18;
 
+/// Most bytes of a chunk: it holds no more than 2^31 - 1.
+const MOST: usize = 1 << 30;
+
 /// How rows are compressed.
 pub(crate) trait Bands: Sync {
     /// What rows consist of.
@@ -122,9 +125,11 @@ impl<W: Write, B: Bands> Rows<W, B> {
         Ok(())
     }
 
-    /// Writes a chunk.
+    /// Writes a chunk, or several where one would be too long.
     fn write(&mut self) -> io::Result<()> {
-        self.writer.write_chunk(IDAT, &self.bytes).map_err(into_io)?;
+        for data in self.bytes.chunks(MOST) {
+            self.writer.write_chunk(IDAT, data).map_err(into_io)?;
+        }
         self.bytes.clear();
         Ok(())
     }
