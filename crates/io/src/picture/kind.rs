@@ -115,11 +115,19 @@ impl Kind {
 
     /// Refuses a picture that a file of this format cannot hold.
     pub(super) fn check(self, about: &About) -> io::Result<()> {
+        /// Most pixels of a QOI, which its definition does not limit but its readers do.
+        const OF_A_QOI: u64 = 400_000_000;
         let (name, [width, height]) = (self.name(), about.size);
         let most = self.longest_side();
         if width.max(height) > most {
             return Err(invalid(format!(
                 "a {name} has at most {most} pixels a side, and the picture is {width} x {height}; \
+                 make it smaller, or write a .png"
+            )));
+        }
+        if self == Self::Qoi && u64::from(width) * u64::from(height) > OF_A_QOI {
+            return Err(invalid(format!(
+                "a {name} has at most {OF_A_QOI} pixels, and the picture is {width} x {height}; \
                  make it smaller, or write a .png"
             )));
         }

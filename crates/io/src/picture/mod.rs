@@ -3,9 +3,23 @@
 //! [`Encoder`] takes rows of pixels, whatever the format, and writes the same bytes however many
 //! rows come at a time and on however many threads.
 
+#[cfg(feature = "pictures")]
+pub mod animation;
+#[cfg(feature = "exr")]
+pub mod exr;
+#[cfg(feature = "pictures")]
+mod jpeg;
 mod kind;
 pub mod png;
+#[cfg(feature = "pictures")]
+mod qoi;
 mod sniff;
+#[cfg(feature = "pictures")]
+mod tiff;
+#[cfg(feature = "pictures")]
+mod webp;
+#[cfg(feature = "pictures")]
+mod whole;
 
 use std::{
     fmt,
@@ -44,6 +58,8 @@ pub struct Encoder<W: Write>(Format<W>);
 
 enum Format<W: Write> {
     Png(png::Pixels<W>),
+    #[cfg(feature = "pictures")]
+    Whole(whole::Whole<W>),
 }
 
 impl<W: Write> Encoder<W> {
@@ -59,10 +75,11 @@ impl<W: Write> Encoder<W> {
         kind.check(about)?;
         match kind {
             Kind::Png => png::Pixels::new(out, about).map(Format::Png).map(Self),
-            other => Err(io::Error::new(
-                io::ErrorKind::Unsupported,
-                format!("this build writes no {other:?}; write a .png"),
-            )),
+            Kind::Exr => Err(unwritten(kind)),
+            #[cfg(feature = "pictures")]
+            _ => whole::Whole::new(out, kind, about).map(Format::Whole).map(Self),
+            #[cfg(not(feature = "pictures"))]
+            _ => Err(unwritten(kind)),
         }
     }
 
@@ -74,6 +91,8 @@ impl<W: Write> Encoder<W> {
     pub fn push(&mut self, rows: Rows) -> io::Result<()> {
         match &mut self.0 {
             Format::Png(to) => to.push(rows),
+            #[cfg(feature = "pictures")]
+            Format::Whole(to) => to.push(rows),
         }
     }
 
@@ -84,6 +103,8 @@ impl<W: Write> Encoder<W> {
     pub fn finish(self) -> io::Result<()> {
         match self.0 {
             Format::Png(to) => to.finish(),
+            #[cfg(feature = "pictures")]
+            Format::Whole(to) => to.finish(),
         }
     }
 }
@@ -98,4 +119,17 @@ impl<W: Write> fmt::Debug for Encoder<W> {
 fn depth(depth16: bool) -> io::Error {
     let [is, comes] = if depth16 { [16, 8] } else { [8, 16] };
     invalid(format!("rows of {comes} bits a channel come for a picture of {is}"))
+}
+
+/// A format in which rows of colours are not written.
+fn unwritten(kind: Kind) -> io::Error {
+    let words = match kind {
+        Kind::Exr => {
+            "an OpenEXR picture holds planes of floats, not colours of 8 or 16 bits; write \
+                      a .png, or these planes"
+                .to_owned()
+        }
+        _ => format!("this build writes no {}; write a .png", kind.name()),
+    };
+    io::Error::new(io::ErrorKind::Unsupported, words)
 }
