@@ -10,9 +10,10 @@ use crate::png::invalid;
 use planisphere_core::text;
 
 /// A format of pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// PNG: of any size, without loss.
+    #[default]
     Png,
     /// JPEG: small, with loss.
     Jpeg,
