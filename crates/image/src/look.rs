@@ -366,15 +366,15 @@ impl Look {
     }
 }
 
-/// Depths between which a scene goes over into the background: from where its box begins, to as far
-/// behind its middle again as that box reaches.
+/// Depths between which a scene goes over into the background: from where its box begins, to four
+/// times as far behind its middle. At the box's end it has gone over by two fifths.
 fn along(view: &View, bounds: &Bounds) -> [f64; 2] {
     let forward = Axes::new(view.camera.view, view.camera.up).forward.nearest();
     let middle = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
     let half = 0.5 * bounds.max_center - 0.5 * bounds.min_center;
     let depth = (middle - view.camera.origin).dot(forward);
     let reach = half.dot(forward.abs()) + bounds.max_radius;
-    let [near, far] = [depth - reach, depth + 2.0 * reach];
+    let [near, far] = [depth - reach, depth + 4.0 * reach];
     // Beyond what f64 hold: all of it.
     if near.is_finite() && far.is_finite() && near < far { [near, far] } else { [0.0, f64::MAX] }
 }

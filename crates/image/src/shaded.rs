@@ -148,7 +148,8 @@ impl<'a> Cache<'a> {
                 of.headlights(&lit, at, stride, levels);
                 let [whole, rest] = [255 * u32::from(ambient), 255 - u32::from(ambient)];
                 for (to, &level) in colors.iter_mut().zip(&*levels) {
-                    *to = shaded(color, whole + rest * u32::from(level));
+                    let level = u32::from(level);
+                    *to = shaded(color, whole + rest * ((level * level + 127) / 255));
                 }
             }
             Shade::Flat | Shade::Soft { .. } => colors.fill(shaded(color, factor)),
