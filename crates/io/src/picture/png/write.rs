@@ -1,7 +1,7 @@
 //! Writes pixels as PNG: RGB or RGBA of 8 or 16 bits, never with a palette.
 //!
 //! Rows are filtered and compressed in bands, side by side, so that a picture of any size needs
-//! little memory. `benches/results` has what that takes.
+//! little memory.
 
 use std::{
     io::{self, Write},
