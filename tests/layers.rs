@@ -25,7 +25,7 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
 
 /// Packages that few crates may depend on, and those crates. The root package, which is the command
 /// line, is the empty name.
-const FEW_MAY_KNOW: [(&str, &[&str]); 16] = [
+const FEW_MAY_KNOW: [(&str, &[&str]); 17] = [
     ("bzip2", &["io"]),
     ("clap", &[""]),
     ("flate2", &["io"]),
@@ -38,6 +38,7 @@ const FEW_MAY_KNOW: [(&str, &[&str]); 16] = [
     ("softbuffer", &["window"]),
     ("tempfile", &["bench", "io"]),
     ("toml", &["io", "testkit"]),
+    ("ttf-parser", &["image"]),
     ("wgpu", &["gpu"]),
     ("winit", &["window"]),
     ("x11rb", &["window"]),

@@ -13,6 +13,8 @@ use rayon::prelude::*;
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
 pub mod maps;
+#[cfg(feature = "overlay")]
+pub mod overlay;
 
 /// Colours of ids: a sphere's own, the background's for -1.
 #[derive(Clone, Copy)]

@@ -1,0 +1,1 @@
+//! Overlays as they are drawn.
