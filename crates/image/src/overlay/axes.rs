@@ -20,7 +20,7 @@ pub struct Axes {
     pub back: [f64; 3],
 }
 
-/// x, y and z, and their colours: they are told apart on black and on white.
+/// x, y and z, and the colours of their arrows: they are told apart on black and on white.
 const AXES: [(&str, [u8; 3]); 3] =
     [("x", [229, 72, 77]), ("y", [48, 164, 108]), ("z", [62, 123, 250])];
 
@@ -32,7 +32,7 @@ const ARM: f64 = 1.55;
 /// From the point to the middles of the letters.
 const LETTER: f64 = 2.1;
 /// Length of an arrow's head, half of its width, and half of the width of its shaft.
-const HEAD: [f64; 3] = [0.5, 0.19, 0.06];
+const HEAD: [f64; 3] = [0.55, 0.23, 0.075];
 /// An axis that is seen so much from its end that its letter lies elsewhere: by its length in the
 /// picture.
 const END_ON: f64 = 0.3;
@@ -78,7 +78,7 @@ impl Axes {
             let by = [0, 1].map(|side| {
                 origin[side] + to[side] * LETTER * unit - 0.5 * (least[side] + most[side])
             });
-            block.add(line.path.moved(by), color);
+            block.letters(line.path.moved(by), style.ink);
         }
         Ok(block)
     }

@@ -52,6 +52,8 @@ pub struct Shape {
     pub path: Path,
     /// sRGB.
     pub color: [u8; 3],
+    /// Whether it is text, rather than a length that must be right.
+    pub letters: bool,
 }
 
 /// A rectangle of whole pixels, each row of one colour: that of a colour bar.
@@ -97,7 +99,12 @@ impl Block {
 
     /// Adds a shape.
     pub fn add(&mut self, path: Path, color: [u8; 3]) {
-        self.shapes.push(Shape { path, color });
+        self.shapes.push(Shape { path, color, letters: false });
+    }
+
+    /// Adds letters.
+    pub fn letters(&mut self, path: Path, color: [u8; 3]) {
+        self.shapes.push(Shape { path, color, letters: true });
     }
 
     /// Adds a rectangle, from one corner to the other.
@@ -114,7 +121,7 @@ impl Block {
             At::Middle(middle) => middle - 0.5 * line.width,
             At::Right(right) => right - line.width,
         };
-        self.add(line.path.moved([left, baseline]), color);
+        self.letters(line.path.moved([left, baseline]), color);
     }
 
     /// Its pixels, with the halo: columns and rows of the first, and of what comes after the last;

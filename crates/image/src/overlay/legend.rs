@@ -136,7 +136,7 @@ impl Bar {
         }
         let widest = lines.iter().fold(0.0_f64, |most, (_, line)| most.max(line.width));
         let far = style.size[0] - style.margin;
-        let [mark, gap, width] = [0.25, 0.25, 0.85].map(|part| (part * unit).round());
+        let [mark, gap, width] = [0.3, 0.25, 0.85].map(|part| (part * unit).round());
         let right = (far - widest - gap - mark).floor();
         let (left, top, bottom) = (right - width, self.top, self.top + self.height);
         let mut block = Block::new(PART);
@@ -164,7 +164,7 @@ fn list(keys: &[(String, [u8; 3])], style: &Style, room: Room) -> Result<Block, 
     if keys.is_empty() {
         return Err(OverlayError::NoKeys.into());
     }
-    let (pitch, radius, gap, between) = (1.4 * unit, 0.42 * unit, 0.4 * unit, unit);
+    let (pitch, radius, gap, between) = (1.4 * unit, 0.45 * unit, 0.4 * unit, unit);
     let rows = ((room[1] - room[0]) / pitch).floor() as usize;
     // Of so many columns no name is seen.
     let most = (style.size[0] / (2.0 * radius + between)) as usize;
@@ -186,9 +186,12 @@ fn list(keys: &[(String, [u8; 3])], style: &Style, room: Room) -> Result<Block, 
         let left = right - lines.iter().fold(0.0_f64, |most, (line, _)| most.max(line.width));
         for (row, (line, color)) in lines.into_iter().enumerate() {
             let middle = (room[0] + (row as f64 + 0.5) * pitch).round();
-            let mut disc = Path::default();
-            disc.disc([left - gap - radius, middle], radius);
-            block.add(disc, color);
+            // In a ring: the colour may be that of the background.
+            for (less, color) in [(0.0, style.ink), (style.thin(), color)] {
+                let mut disc = Path::default();
+                disc.disc([left - gap - radius, middle], radius - less);
+                block.add(disc, color);
+            }
             block.line(line, At::Left(left), (middle + 0.5 * CAPITAL * unit).round(), style.ink);
         }
         right = left - gap - 2.0 * radius - between;

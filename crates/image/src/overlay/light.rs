@@ -36,6 +36,15 @@ fn byte(light: u64) -> u8 {
     (FROM.partition_point(|&from| u64::from(from) <= light) - 1) as u8
 }
 
+/// Coverage of black letters: larger, so that from black to white the bytes are even, not the light.
+/// Black that fades evenly in light looks thinner than white that does.
+///
+/// `255 - floor((255 LIN[255 - cover] + 32767) / 65535)`; nothing stays nothing, and all all.
+pub fn darker(cover: u8) -> u8 {
+    let light = u32::from(LIN[usize::from(255 - cover)]);
+    255 - ((255 * light + 32_767) / 65_535) as u8
+}
+
 /// Whether white is easier to read on a colour than black: its contrast with it is larger, by the
 /// definition of WCAG 2: (Y1 + 0.05) / (Y2 + 0.05) of luminances.
 pub fn wants_white(color: [u8; 3]) -> bool {
@@ -152,6 +161,19 @@ mod tests {
             let mut pixel = [12, 34, 56, 255];
             over(&mut pixel, [12, 34, 56], cover);
             assert_eq!(pixel, [12, 34, 56, 255]);
+        }
+    }
+
+    #[test]
+    fn black_letters_grow() {
+        assert_eq!((darker(0), darker(255)), (0, 255));
+        for cover in 0..=255_u8 {
+            assert!(darker(cover) >= cover);
+            let mut pixel = [255; 4];
+            over(&mut pixel, [0; 3], darker(cover));
+            // Near black a step of coverage is many bytes.
+            let most = if cover < 230 { 2 } else { 13 };
+            assert!(pixel[0].abs_diff(255 - cover) <= most, "{cover}: {pixel:?}");
         }
     }
 

@@ -1,13 +1,13 @@
 //! Blocks become pixels: first the halo of each, then its rows of colour, then its shapes.
 
 use super::{
-    block::{Block, Rows, Style},
+    block::{Block, Rows, Shape, Style},
     light,
     raster::Mask,
 };
 
 /// Coverage of a halo next to its shape, of 255: what is behind is still seen.
-const HALO: u32 = 150;
+const HALO: u32 = 185;
 
 /// A block, ready to be laid over the rows of a picture.
 #[derive(Clone, Debug)]
@@ -20,8 +20,14 @@ pub struct Painted {
 impl Painted {
     /// Of a block that lies at these pixels.
     pub fn new(block: &Block, pixels: [[i64; 2]; 2], style: &Style) -> Self {
-        let shapes = block.shapes.iter().map(|shape| (shape.path.mask(), shape.color));
-        let shapes: Vec<_> = shapes.collect();
+        let made = |shape: &Shape| {
+            let mut mask = shape.path.mask();
+            if shape.letters && shape.color == [0; 3] {
+                mask.cover.iter_mut().for_each(|cover| *cover = light::darker(*cover));
+            }
+            (mask, shape.color)
+        };
+        let shapes: Vec<_> = block.shapes.iter().map(made).collect();
         let mut all = empty(pixels);
         shapes.iter().for_each(|(mask, _)| join(&mut all, mask));
         if let Some(rows) = &block.rows {
