@@ -26,11 +26,11 @@ const AXES: [(&str, [u8; 3]); 3] =
 
 /// Half of the square that arrows and letters need in every direction; lengths are in parts of the
 /// size of the tripod, which is 12 pixels or more.
-const HALF: f64 = 2.6;
+const HALF: f64 = 2.65;
 /// From the point to the tips.
-const ARM: f64 = 1.55;
+const ARM: f64 = 1.5;
 /// From the point to the middles of the letters.
-const LETTER: f64 = 2.1;
+const LETTER: f64 = 2.0;
 /// Length of an arrow's head, half of its width, and half of the width of its shaft.
 const HEAD: [f64; 3] = [0.55, 0.23, 0.075];
 /// An axis that is seen so much from its end that its letter lies elsewhere: by its length in the

@@ -164,7 +164,7 @@ fn list(keys: &[(String, [u8; 3])], style: &Style, room: Room) -> Result<Block, 
     if keys.is_empty() {
         return Err(OverlayError::NoKeys.into());
     }
-    let (pitch, radius, gap, between) = (1.4 * unit, 0.45 * unit, 0.4 * unit, unit);
+    let (pitch, radius, gap, between) = (1.35 * unit, 0.45 * unit, 0.4 * unit, unit);
     let rows = ((room[1] - room[0]) / pitch).floor() as usize;
     // Of so many columns no name is seen.
     let most = (style.size[0] / (2.0 * radius + between)) as usize;

@@ -15,6 +15,8 @@ mod numbers;
 mod paint;
 mod raster;
 mod scale_bar;
+#[cfg(test)]
+mod tests;
 
 pub use axes::Axes;
 pub use legend::Legend;

@@ -1,1 +1,0 @@
-//! Overlays as they are drawn.
