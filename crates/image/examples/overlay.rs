@@ -61,7 +61,9 @@ fn main() {
         ("Sulphur", [255, 255, 48]),
     ];
     let keys = Legend::Keys(elements.map(|(name, color)| (name.to_owned(), color)).to_vec());
-    for [width, height] in [[256, 256], [512, 512], [1024, 1024], [1920, 1080], [4096, 4096]] {
+    for [width, height] in
+        [[96, 96], [256, 256], [512, 512], [1024, 1024], [1920, 1080], [4096, 4096]]
+    {
         let scale = f64::from(width) / 51.2;
         let scale_bar = |length, unit: &str| {
             Some(ScaleBar { length, pixels_per_unit: scale, unit: Some(unit.into()) })
@@ -86,7 +88,15 @@ fn main() {
             background: [255; 3],
             ..dark.clone()
         };
+        let names = (1..=60).map(|kind| (format!("type {kind}"), Map::ALL[9].category(kind)));
+        let kinds = Overlay {
+            legend: Some(Legend::Keys(names.collect())),
+            title: None,
+            background: [255; 3],
+            ..dark.clone()
+        };
         for (name, overlay, back) in [
+            ("kinds", kinds, [255; 4]),
             ("dark", dark, [0, 0, 0, 255]),
             ("bright", bright, [255; 4]),
             ("clear", grey, [255, 255, 255, 0]),

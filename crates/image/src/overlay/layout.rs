@@ -1,7 +1,7 @@
 //! Where each part lies, and whether all have room: no two share a pixel, none leaves the picture.
 //!
-//! The title is at the top, the legend at the right below it, the scale bar in the lower left corner
-//! and the axes above it.
+//! The title is at the top, the legend at the right below it, the scale bar in the lower left
+//! corner and the axes above it.
 
 use super::{
     Overlay, OverlayError,
@@ -38,7 +38,7 @@ pub struct Layout {
 const TITLE: f64 = 1.25;
 
 /// The shorter side from which on everything grows with the picture: a larger one has no more room.
-const ALL_GROWS: u32 = 480;
+const ALL_GROWS: u64 = 480;
 
 /// The layout of a picture.
 ///
@@ -51,19 +51,23 @@ pub fn layout(overlay: &Overlay, size: [u32; 2]) -> Result<Layout, OverlayError>
         Err(Problem::Unfit(part)) => part,
     };
     let shorter = u64::from(size[0].min(size[1]).max(1));
-    for side in shorter + 1..=u64::from(ALL_GROWS) {
-        let larger = size.map(|length| (u64::from(length) * side).div_ceil(shorter));
-        let [Ok(width), Ok(height)] = larger.map(u32::try_from) else { break };
-        // The same picture with more pixels.
-        let mut grown = overlay.clone();
-        if let Some(bar) = &mut grown.scale_bar {
-            bar.pixels_per_unit *= f64::from(width) / f64::from(size[0].max(1));
-        }
-        if plan(&grown, [width, height]).is_ok() {
-            return Err(OverlayError::TooSmall { part, size, least: [width, height] });
-        }
+    let fits = |side| larger(overlay, size, shorter, side).filter(|(_, fits)| *fits);
+    // What does not fit where all grows fits nowhere: then no other size is tried.
+    let least = fits(ALL_GROWS).and_then(|_| (shorter + 1..=ALL_GROWS).find_map(fits));
+    let none = OverlayError::NoRoom { part, size };
+    Err(least.map_or(none, |(least, _)| OverlayError::TooSmall { part, size, least }))
+}
+
+/// The size of the same picture with a shorter side of so many pixels, and whether all have room;
+/// none where the longer side is too long for any picture.
+fn larger(overlay: &Overlay, size: [u32; 2], shorter: u64, side: u64) -> Option<([u32; 2], bool)> {
+    let larger = size.map(|length| (u64::from(length) * side).div_ceil(shorter));
+    let [Ok(width), Ok(height)] = larger.map(u32::try_from) else { return None };
+    let mut grown = overlay.clone();
+    if let Some(bar) = &mut grown.scale_bar {
+        bar.pixels_per_unit *= f64::from(width) / f64::from(size[0].max(1));
     }
-    Err(OverlayError::NoRoom { part, size })
+    Some(([width, height], plan(&grown, [width, height]).is_ok()))
 }
 
 /// The layout of a picture, if there is room.

@@ -112,8 +112,8 @@ fn bar(
     Ok(vec![block, words])
 }
 
-/// From the bar up to the baseline of the text above it: half of a tick's number, what letters reach
-/// below the baseline, and two halos.
+/// From the bar up to the baseline of the text above it: half of a tick's number, what letters
+/// reach below the baseline, and two halos.
 fn above(unit: f64) -> f64 {
     (0.9 * unit + 2.0).ceil()
 }

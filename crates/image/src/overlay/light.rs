@@ -1,7 +1,7 @@
 //! Colours over colours, in linear light and in integers.
 //!
-//! A source of colour s and coverage a (0 to 255) is laid over a pixel of colour d and alpha b, both
-//! straight. With S and D, which are s and d in linear light from 0 to 65535:
+//! A source of colour s and coverage a (0 to 255) is laid over a pixel of colour d and alpha b,
+//! both straight. With S and D, which are s and d in linear light from 0 to 65535:
 //!
 //! ```text
 //! A     = 255 a + b (255 - a)                               from 0 to 65025
@@ -36,8 +36,8 @@ fn byte(light: u64) -> u8 {
     (FROM.partition_point(|&from| u64::from(from) <= light) - 1) as u8
 }
 
-/// Coverage of black letters: larger, so that from black to white the bytes are even, not the light.
-/// Black that fades evenly in light looks thinner than white that does.
+/// Coverage of black letters: larger, so that from black to white the bytes are even, not the
+/// light. Black that fades evenly in light looks thinner than white that does.
 ///
 /// `255 - floor((255 LIN[255 - cover] + 32767) / 65535)`; nothing stays nothing, and all all.
 pub fn darker(cover: u8) -> u8 {

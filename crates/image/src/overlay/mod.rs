@@ -3,7 +3,8 @@
 //! They lie in the corners and do not change the picture's size. All lengths grow with its shorter
 //! side, so a picture of twice the size looks the same; text is at least 12 pixels high, and where
 //! that leaves too little room, an error names the least size. Outlines are found with + - * / and
-//! square roots, and colours are mixed in integers (`light.rs`): every machine gives the same bytes.
+//! square roots, and colours are mixed in integers (`light.rs`): every machine gives the same
+//! bytes.
 
 mod axes;
 mod block;
@@ -201,8 +202,8 @@ impl Laid {
         self.blocks.iter().map(|(_, pixels)| region(*pixels)).collect()
     }
 
-    /// Draws over some whole rows of the picture, of which the first has this number. Rows that come
-    /// in pieces have the bytes of the whole picture.
+    /// Draws over some whole rows of the picture, of which the first has this number. Rows that
+    /// come in pieces have the bytes of the whole picture.
     ///
     /// # Errors
     /// When these are not whole rows of the picture; then nothing is drawn.

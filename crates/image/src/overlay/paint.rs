@@ -80,39 +80,55 @@ fn join(all: &mut Mask, other: &Mask) {
 }
 
 /// What is around covered pixels: the largest coverage within a radius, which grows less towards
-/// its end.
+/// its end. The pixels of the mask reach that far beyond those that are covered.
 fn spread(mask: &Mask, radius: f64) -> Mask {
     let [width, height] = mask.size;
-    let reach = radius.ceil() as i64;
-    let mut brush = Vec::new();
-    for (dy, dx) in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dy, dx))) {
-        let distance = ((dx * dx + dy * dy) as f64).sqrt();
-        // From a whole at half of the radius to nothing beyond it.
-        let part = ((radius + 1.0 - distance) / (0.5 * radius + 1.0)).clamp(0.0, 1.0);
-        let strength = (part * f64::from(HALO) + 0.5) as u32;
-        if strength > 0 {
-            brush.push((dx, dy, strength));
-        }
-    }
-    let at = |x: i64, y: i64| -> Option<usize> {
-        let inside = (0..width as i64).contains(&x) && (0..height as i64).contains(&y);
-        inside.then(|| y as usize * width + x as usize)
-    };
+    let reach = radius.ceil() as usize;
+    let brushes = brushes(radius, reach);
+    let side = 2 * reach + 1;
     let mut made = vec![0_u8; mask.cover.len()];
-    for (place, &cover) in mask.cover.iter().enumerate().filter(|(_, cover)| **cover > 0) {
-        let (x, y) = ((place % width) as i64, (place / width) as i64);
-        let whole = |(dx, dy): (i64, i64)| at(x + dx, y + dy).is_some_and(|p| mask.cover[p] == 255);
-        let near = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)];
-        if cover == 255 && near.into_iter().all(whole) {
-            // What it reaches, its neighbours reach as well.
-            made[place] = HALO as u8;
-            continue;
-        }
-        for &(dx, dy, strength) in &brush {
-            let Some(place) = at(x + dx, y + dy) else { continue };
-            let value = ((strength * u32::from(cover) + 127) / 255) as u8;
-            made[place] = made[place].max(value);
+    for y in 0..height {
+        for x in 0..width {
+            let cover = mask.cover[y * width + x];
+            if cover == 0 {
+                continue;
+            }
+            if is_inside(mask, x, y) {
+                // What it reaches, its neighbours reach as well.
+                made[y * width + x] = HALO as u8;
+                continue;
+            }
+            let brush = &brushes[usize::from(cover) * side * side..][..side * side];
+            for (row, brush) in brush.chunks_exact(side).enumerate() {
+                let start = (y + row - reach) * width + x - reach;
+                let to = made[start..start + side].iter_mut();
+                to.zip(brush).for_each(|(to, &from)| *to = (*to).max(from));
+            }
         }
     }
     Mask { cover: made, ..*mask }
+}
+
+/// Of each coverage from 0 to 255 what it gives to a square of pixels around it.
+fn brushes(radius: f64, reach: usize) -> Vec<u8> {
+    let mut strengths = Vec::new();
+    for (dy, dx) in (0..=2 * reach).flat_map(|dy| (0..=2 * reach).map(move |dx| (dy, dx))) {
+        let [dx, dy] = [dx, dy].map(|place| place as f64 - reach as f64);
+        let distance = (dx * dx + dy * dy).sqrt();
+        // From a whole at half of the radius to nothing beyond it.
+        let part = ((radius + 1.0 - distance) / (0.5 * radius + 1.0)).clamp(0.0, 1.0);
+        strengths.push((part * f64::from(HALO) + 0.5) as u32);
+    }
+    let scaled = |cover: u32| strengths.iter().map(move |by| ((by * cover + 127) / 255) as u8);
+    (0..=255).flat_map(scaled).collect()
+}
+
+/// Whether a pixel and all around it are covered as a whole.
+fn is_inside(mask: &Mask, x: usize, y: usize) -> bool {
+    let [width, height] = mask.size;
+    if x == 0 || y == 0 || x + 1 >= width || y + 1 >= height {
+        return false;
+    }
+    let whole = |row: usize| mask.cover[row * width + x - 1..][..3] == [255; 3];
+    (y - 1..=y + 1).all(whole)
 }

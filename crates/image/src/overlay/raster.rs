@@ -119,9 +119,9 @@ impl Path {
     }
 }
 
-/// Adds what an edge, inside of the pixels, has to its right: of each row the height that it crosses
-/// there, in the pixels that it meets weighted by the area behind it. A sum along the row is the
-/// area inside.
+/// Adds what an edge, inside of the pixels, has to its right: of each row the height that it
+/// crosses there, in the pixels that it meets weighted by the area behind it. A sum along the row
+/// is the area inside.
 fn add(sums: &mut [f64], stride: usize, [from, to]: [[f64; 2]; 2]) {
     if from[1] == to[1] {
         return;

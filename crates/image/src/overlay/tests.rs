@@ -375,9 +375,10 @@ fn rows_in_pieces_have_the_bytes_of_the_whole() {
 
 #[test]
 fn bytes_are_the_same_everywhere() {
-    // Of `many()` over `picture()`, in order, of 320 x 240 and of 1000 x 700 pixels. Looked at before they
-    // were written down. Another value on another machine is a defect; after a change that is meant,
-    // look at what is written into the folder PLANISPHERE_OVERLAYS, and put it here.
+    // Of `many()` over `picture()`, in order, of 320 x 240 and of 1000 x 700 pixels. They were
+    // looked at before they were written down. Another value on another machine is a defect; after
+    // a change that is meant, look at what is written into the folder PLANISPHERE_OVERLAYS, and put
+    // it here.
     let hashes: Vec<[u64; 2]> = many()
         .iter()
         .map(|overlay| {
