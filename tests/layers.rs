@@ -25,7 +25,7 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
 
 /// Packages that few crates may depend on, and those crates. The root package, which is the command
 /// line, is the empty name.
-const FEW_MAY_KNOW: [(&str, &[&str]); 22] = [
+const FEW_MAY_KNOW: [(&str, &[&str]); 23] = [
     ("bzip2", &["io"]),
     ("clap", &[""]),
     ("flate2", &["io"]),
@@ -44,6 +44,7 @@ const FEW_MAY_KNOW: [(&str, &[&str]); 22] = [
     ("tempfile", &["bench", "io"]),
     ("tiff", &["io"]),
     ("toml", &["io", "testkit"]),
+    ("ttf-parser", &["image"]),
     ("wgpu", &["gpu"]),
     ("winit", &["window"]),
     ("x11rb", &["window"]),

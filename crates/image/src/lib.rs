@@ -16,6 +16,8 @@ pub mod linear;
 pub mod look;
 pub mod maps;
 mod outline;
+#[cfg(feature = "overlay")]
+pub mod overlay;
 pub mod resolve;
 mod shaded;
 pub mod style;

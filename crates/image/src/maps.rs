@@ -83,6 +83,17 @@ impl Map {
     }
 }
 
+/// The place of a value in a range, for [`Map::color`]: 0 at the lower end, 1 at the upper one, and
+/// beyond them outside of the two. NaN has none, and is NaN.
+///
+/// In a range of one number every place is 0.
+pub fn place(value: f64, [low, high]: [f64; 2]) -> f64 {
+    // Halves, whose differences are within the range of f64.
+    let length = 0.5 * high - 0.5 * low;
+    let place = if length > 0.0 { (0.5 * value - 0.5 * low) / length } else { 0.0 };
+    if value.is_nan() { value } else { place }
+}
+
 impl fmt::Debug for Map {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Map").field(&self.name).finish()
@@ -153,6 +164,17 @@ mod tests {
             assert_eq!(map.color(t), Some(map.colors[index]));
             assert_eq!(map.color(t.next_down()), Some(map.colors[index.saturating_sub(1)]));
         }
+    }
+
+    #[test]
+    fn places_are_from_the_lower_end_to_the_upper() {
+        assert_eq!([-2.0, 0.0, 3.0, 8.0].map(|v| place(v, [-2.0, 3.0])), [0.0, 0.4, 1.0, 2.0]);
+        assert_eq!(
+            [f64::MIN, 0.0, f64::MAX].map(|v| place(v, [f64::MIN, f64::MAX])),
+            [0.0, 0.5, 1.0]
+        );
+        assert_eq!([6.0, 7.0, 8.0].map(|v| place(v, [7.0, 7.0])), [0.0; 3]);
+        assert!(place(f64::NAN, [0.0, 1.0]).is_nan() && place(f64::NAN, [1.0, 1.0]).is_nan());
     }
 
     #[test]
