@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
+pub mod compare;
 pub mod maps;
 
 /// Colours of ids: a sphere's own, the background's for -1.

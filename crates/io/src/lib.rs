@@ -6,7 +6,7 @@
 //!
 //! | feature | modules | |
 //! | --- | --- | --- |
-//! | `png` | `png` | ids or colours become a PNG |
+//! | `png` | `png`, `picture` | ids or colours become a PNG; a PNG becomes colours |
 //! | `parts` | `part` | parts of pictures as bytes; with `read`, from files |
 //! | `read` | `load`, `identity` | reads scene files and their arrays |
 //! | `particles` | `particles` | what files of particles share; each format is a feature more |
@@ -49,6 +49,8 @@ pub mod part;
     allow(dead_code, reason = "each format uses a part of what they share")
 )]
 pub mod particles;
+#[cfg(feature = "png")]
+pub mod picture;
 #[cfg(feature = "png")]
 pub mod png;
 #[cfg(feature = "read")]
