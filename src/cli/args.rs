@@ -564,7 +564,9 @@ impl CheckArgs {
     pub fn request(self) -> Result<CheckRequest, Failure> {
         let usage = |words: &str| Err(Failure::Usage(words.into()));
         if self.scenes.is_empty() {
-            return usage("nothing is checked: no scene is named; name one, or correct the pattern");
+            return usage(
+                "nothing is checked: no scene is named; name one, or correct the pattern",
+            );
         }
         if self.golden.is_none() && self.goldens.is_none() && self.ids.is_none() {
             return usage(

@@ -55,6 +55,8 @@ pub use planisphere_core::camera::{MAX_SIDE, Region};
 #[cfg(feature = "gpu")]
 pub use planisphere_gpu::{adapters::adapters, wgpu};
 pub use planisphere_image::compare::Difference;
+#[doc(hidden)]
+pub use planisphere_image::compare::{Pixels as Compared, compare, shown};
 #[cfg(feature = "read")]
 pub use read::{Document, read, start_read};
 pub use renderer::Renderer;
