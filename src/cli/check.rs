@@ -63,8 +63,7 @@ pub(super) fn run(asked: &CheckRequest) -> Result<(), Failure> {
     }
     let unused = asked.unused()?;
     if !unused.is_empty() {
-        let (all, verb) = if unused.len() == 1 { ("1 golden", "is") } else { ("goldens", "are") };
-        say(&format!("note: {all} of no scene of this run {verb} there: {}", unused.join(", ")));
+        say(&format!("note: goldens of no scene of this run: {}", unused.join(", ")));
     }
     if let Some(words) = asked.how().tolerance() {
         asked.tell(&format!("{words}\n"))?;
@@ -72,7 +71,7 @@ pub(super) fn run(asked: &CheckRequest) -> Result<(), Failure> {
     let sums = Sums::of(&outcomes);
     asked.tell(&format!("{}\n", sums.line(asked.bless)))?;
     if sums.failed > 0 && asked.out.is_none() {
-        let words = "--out DIR writes the pictures as they are drawn, and where they differ; \
+        let words = "--out DIR writes the pictures as they are drawn, and where they differ;\n\
                      --bless accepts them as goldens\n";
         asked.tell(words)?;
     }
