@@ -18,6 +18,7 @@ use self::{
 use super::{
     Failure,
     args::{CheckRequest, Checked},
+    color_on_stderr, complain,
     ends::Ends,
     print,
     progress::Progress,
@@ -57,8 +58,11 @@ pub(super) fn run(asked: &CheckRequest) -> Result<(), Failure> {
 
     let mut outcomes = Vec::new();
     for scene in &asked.scenes {
-        let outcome = one(asked, scene, &renderer);
+        let (outcome, failure) = one(asked, scene, &renderer);
         asked.tell(&outcome.lines())?;
+        if let Some(failure) = failure {
+            complain(&failure.report(color_on_stderr()));
+        }
         outcomes.push(outcome);
     }
     let unused = asked.unused()?;
@@ -235,8 +239,8 @@ impl Checked {
     }
 }
 
-/// Checks a scene; why that could not be done is a part of the outcome.
-fn one(asked: &CheckRequest, scene: &Checked, renderer: &Renderer) -> Outcome {
+/// Checks a scene; why that could not be done comes as well.
+fn one(asked: &CheckRequest, scene: &Checked, renderer: &Renderer) -> (Outcome, Option<Failure>) {
     let mut outcome = Outcome {
         name: text::name(&scene.name),
         scene: text::name(&scene.scene),
@@ -260,13 +264,14 @@ fn one(asked: &CheckRequest, scene: &Checked, renderer: &Renderer) -> Outcome {
             ];
             outcome.state = states.into_iter().flatten().max().unwrap_or(State::Error);
             outcome.code = u8::from(outcome.state.fails());
+            (outcome, None)
         }
         Err(failure) => {
             outcome.error = Some(failure.report(false));
             outcome.code = failure.exit_code();
+            (outcome, Some(failure))
         }
     }
-    outcome
 }
 
 /// What comparing a scene has given.

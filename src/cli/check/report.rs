@@ -66,7 +66,7 @@ impl Outcome {
         told.map(|(_, words)| words.as_str()).collect::<Vec<_>>().join("; ")
     }
 
-    /// What is listed below: pixels that differ, or all of an error.
+    /// What is listed below: pixels that differ, or, in JUnit, all of an error.
     pub fn details(&self) -> Vec<String> {
         if let Some(error) = &self.error {
             return error.lines().map(Into::into).collect();
@@ -103,7 +103,8 @@ impl Outcome {
             State::Unchanged => format!("unchanged {name}"),
             State::Blessed => return format!("written {name}: {}\n", self.written.join(", ")),
             State::Missing | State::Failed => format!("FAILED {name}{colon}{words}"),
-            State::Error => format!("ERROR {name}: nothing was compared"),
+            // Why not is said on standard error.
+            State::Error => return format!("ERROR {name}: nothing was compared\n"),
         };
         let below = self.details().into_iter().map(|line| format!("  {line}\n"));
         format!("{line}\n{}", below.collect::<String>())
