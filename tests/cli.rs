@@ -11,6 +11,7 @@ use std::{
 use tempfile::TempDir;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/first.png");
 
 /// Two spheres that overlap in a picture small enough to look at every pixel; none is tangent to a
 /// sample's ray.
@@ -336,6 +337,7 @@ fn a_closed_pipe_is_success() {
         &["render", &scene, "-o", "-", "--size", "2000x2000", "--device", "cpu"][..],
         &["render", &scene, "-o", "none", "--depth", "-", "--device", "cpu"],
         &["render", &scene, "-o", "none", "--stats", "--device", "cpu"],
+        &["check", &scene, "--golden", GOLDEN, "--device", "cpu"],
         &["completions", "zsh"],
         &["render", "--help"],
     ] {

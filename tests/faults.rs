@@ -1,10 +1,11 @@
 //! What happens around a picture: signals, limits, full and closed outputs; and kills and faults at
 //! random moments.
 //!
-//! [`kills_and_faults`] runs `render`, `merge`, `make`, `view` and `bench`, and ends them or takes
-//! something away from them at random moments. Afterwards every file is the old one or the new one,
-//! whole; nothing else is left; exit codes are those of `--help`. `PLANISPHERE_FAULTS=500,200` sets
-//! how many kills and faults (60,40), `PLANISPHERE_SEED` repeats a run.
+//! [`kills_and_faults`] runs `render`, `merge`, `make`, `check`, `view` and `bench`, and ends them
+//! or takes something away from them at random moments. Afterwards every file is the old one or the
+//! new one, whole; nothing else is left; exit codes are those of `--help`.
+//! `PLANISPHERE_FAULTS=500,200` sets how many kills and faults (60,40), `PLANISPHERE_SEED` repeats
+//! a run.
 #![cfg(target_os = "linux")]
 
 use std::{
@@ -587,6 +588,9 @@ chmod -R a+rX .",
                  --device cpu"
             )
         };
+        let bless = |scene: &str| {
+            format!("check {scene}/scene.toml --golden k.png --size 300x200 --device cpu --bless")
+        };
         let jobs = vec![
             Job::new(
                 at,
@@ -609,6 +613,7 @@ chmod -R a+rX .",
                 "make cloud made --count 30000",
                 &["made/centers.npy", "made/radii.npy", "made/colors.npy", "made/scene.toml"],
             ),
+            Job::new(at, "check", &bless("cloud"), &bless("other"), &["k.png"]),
         ];
         let random = Random(seed);
         Self {
@@ -657,11 +662,11 @@ chmod -R a+rX .",
         ];
         let (name, with) = signals[self.random.below(signals.len())];
         let old = self.random.below(2) == 0;
-        let place = round % 5;
+        let place = round % 6;
         let job = self.jobs.get(place);
         let (command, args, time) = match job {
             Some(job) => (job.name, job.args.clone(), job.time),
-            None if place == 3 => {
+            None if place == 4 => {
                 ("view", vec!["view".into(), "cloud/scene.toml".into()], Duration::from_secs(1))
             }
             None => {
@@ -775,6 +780,7 @@ chmod -R a+rX .",
                     "exec $P {}",
                     args.replace(" m.", " no/m.")
                         .replace(" o.", " no/o.")
+                        .replace(" k.", " no/k.")
                         .replace(" made", " s.toml/made")
                 ),
             ),
@@ -844,7 +850,7 @@ a.npz b.npz
     /// The command with inputs that are cut short. `make` has none: its folder is a file.
     fn cut(&self, args: &str, unit: f64) -> String {
         let (input, copy) = match args.split(' ').next() {
-            Some("render") => ("cloud/centers.npy", "cp -r cloud cut; f=cut/centers.npy"),
+            Some("render" | "check") => ("cloud/centers.npy", "cp -r cloud cut; f=cut/centers.npy"),
             Some("merge") => ("b.npz", "cp b.npz cut; f=cut"),
             _ => return "touch cut; $P make cloud cut; rc=$?; rm -f cut; exit $rc".into(),
         };

@@ -1,6 +1,10 @@
 //! The arguments as they are typed, their help, and how they become requests.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::HashMap,
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
@@ -99,6 +103,19 @@ In Python: numpy.load('part.npz')['pixels'] has the fields id, low and high
 (between which the distance lies); indices, centers, radii and colors are the
 spheres that are seen.";
 
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  planisphere check scene.toml --golden golden.png
+      exit code 0 if all pixels are equal, 1 if one is not
+  planisphere check scenes/*.toml --goldens goldens --out out --junit report.xml
+      goldens/NAME.png for scenes/NAME.toml; of each that fails, out/NAME.actual.png
+      and out/NAME.diff.png
+  planisphere check scenes/*.toml --goldens goldens --bless
+      writes the goldens that are missing or differ
+  planisphere check run.dump --frame last --golden last.png --ids last.npy
+      a file of particles; the sphere at every pixel, too
+docs/golden-images.md has what is promised, and workflows of CI systems.";
+
 #[derive(Subcommand)]
 pub(super) enum Command {
     /// Draw a scene, or a file of particles, into a PNG and, if asked, into arrays of sphere
@@ -108,6 +125,9 @@ pub(super) enum Command {
     /// Merge parts of a picture, drawn by several runs or machines, into the picture of one
     #[command(after_long_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
+    /// Draw scenes and compare each with a golden picture, pixel by pixel
+    #[command(after_long_help = CHECK_EXAMPLES)]
+    Check(CheckArgs),
     /// Look at a scene in a window, from all sides
     #[cfg(feature = "window")]
     #[command(after_long_help = format!("Keys and mouse:\n{}", planisphere_window::KEYS))]
@@ -159,28 +179,8 @@ pub(super) struct RenderArgs {
     #[arg(long)]
     palette: bool,
 
-    /// Size of the image in pixels, instead of the scene file's
-    ///
-    /// The size never changes what is seen: when the scene gives both width and height of the view,
-    /// another aspect makes pixels that are not square. When it gives one of them, or fov, the
-    /// other follows the aspect; what [camera] leaves out is chosen anew.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
-
-    /// Draw only a part of the image: column and row of its top left pixel, and its size
-    ///
-    /// The output has the size of the part, and equals that part of the whole image pixel for
-    /// pixel.
-    #[arg(long, value_name = "x,y,w,h", value_parser = parse_region)]
-    region: Option<Region>,
-
-    /// Device that draws: auto, gpu, cpu, or part of an adapter's name
-    ///
-    /// gpu is any wgpu adapter, the software one included; cpu is native code that needs no driver;
-    /// auto takes a hardware GPU if there is one, else the cpu, and says so. The picture is the
-    /// same on all of them. `planisphere info` lists the adapters.
-    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
-    device: Device,
+    #[command(flatten)]
+    picture: PictureArgs,
 
     /// Also write the index of the sphere at every pixel: .npy, int32 (height, width), -1 for the
     /// background
@@ -222,9 +222,36 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     camera: CameraArgs,
+}
+
+/// Which picture of an input is drawn, and where, as typed: what `render` and `check` share.
+#[derive(ClapArgs)]
+pub(super) struct PictureArgs {
+    /// Size of the image in pixels, instead of the scene file's
+    ///
+    /// The size never changes what is seen: when the scene gives both width and height of the view,
+    /// another aspect makes pixels that are not square. When it gives one of them, or fov, the
+    /// other follows the aspect; what [camera] leaves out is chosen anew.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Draw only a part of the image: column and row of its top left pixel, and its size
+    ///
+    /// The output has the size of the part, and equals that part of the whole image pixel for
+    /// pixel.
+    #[arg(long, value_name = "x,y,w,h", value_parser = parse_region)]
+    pub region: Option<Region>,
+
+    /// Device that draws: auto, gpu, cpu, or part of an adapter's name
+    ///
+    /// gpu is any wgpu adapter, the software one included; cpu is native code that needs no driver;
+    /// auto takes a hardware GPU if there is one, else the cpu, and says so. The picture is the
+    /// same on all of them. `planisphere info` lists the adapters.
+    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = parse_device)]
+    pub device: Device,
 
     #[command(flatten)]
-    look: LookArgs,
+    pub look: LookArgs,
 }
 
 /// The largest first index: indices are written as int64.
@@ -372,74 +399,264 @@ pub(super) struct RenderRequest {
     pub sinks: Sinks,
     /// Whether to explain instead of drawing.
     pub explain: bool,
-    /// Instead of the scene's size.
-    pub size: Option<[u32; 2]>,
-    /// Which part.
-    pub region: Option<Region>,
-    /// Which device.
-    pub device: Device,
+    /// Which picture.
+    pub picture: PictureArgs,
     /// Whether to print statistics.
     pub stats: bool,
     /// How a file of particles is read.
     pub reading: ReadingArgs,
     /// In place of the scene's camera.
     pub camera: CameraArgs,
-    /// In place of the scene's look.
-    pub look: LookArgs,
 }
 
 impl RenderArgs {
     /// Gives defaults their values, and refuses what cannot be written as it is named.
     pub fn request(self) -> Result<RenderRequest, Failure> {
-        let picture = match &self.output {
+        let output = match &self.output {
             Some(name) if name == Path::new("none") => None,
             Some(name) => Some(Target::from_arg(name)),
             None => Some(Target::File(default_output(&self.scene)?)),
         };
         let arrays = [self.ids, self.depth, self.visibility];
-        let sinks = sinks(picture, self.palette, arrays, self.first_index);
+        let sinks = sinks(output, self.palette, arrays, self.first_index);
         let sinks = checked(sinks, self.stats)?;
-        let Self { scene, explain, size, region, device, stats, reading, camera, look, .. } = self;
-        Ok(RenderRequest {
-            scene,
-            sinks,
-            explain,
-            size,
-            region,
-            device,
-            stats,
-            reading,
-            camera,
-            look,
-        })
+        let Self { scene, explain, picture, stats, reading, camera, .. } = self;
+        Ok(RenderRequest { scene, sinks, explain, picture, stats, reading, camera })
     }
 }
 
-/// The scene's name with `.png`, in the current folder. An ending that is no format's stays, as in
-/// `dump.1000`.
+/// The scene's name with `.png`, in the current folder.
 fn default_output(scene: &Path) -> Result<PathBuf, Failure> {
+    let stem = stem(scene).ok_or_else(|| {
+        Failure::Usage(
+            "a scene from standard input has no name to give its picture; add -o OUT.png".into(),
+        )
+    })?;
+    Ok(with_png(stem))
+}
+
+/// A name with `.png` behind it.
+fn with_png(mut name: OsString) -> PathBuf {
+    name.push(".png");
+    name.into()
+}
+
+/// The scene's name without its ending; none of standard input. An ending that is no format's
+/// stays, as in `dump.1000`.
+fn stem(scene: &Path) -> Option<OsString> {
     let known = Format::of_path(scene).is_some();
-    let mut stem = PathBuf::from(scene.file_name().unwrap_or_default());
+    let mut stem = PathBuf::from(scene.file_name().filter(|_| scene != Path::new("-"))?);
     if known && ["gz", "bz2", "xz", "zst"].iter().any(|ending| is_ending(&stem, ending)) {
         stem.set_extension("");
     }
     if known || is_ending(&stem, "toml") {
         stem.set_extension("");
     }
-    match stem.file_name() {
-        Some(stem) if scene != Path::new("-") => {
-            let mut name = stem.to_owned();
-            name.push(".png");
-            Ok(name.into())
-        }
-        _ => Err(Failure::Usage(
-            "a scene from standard input has no name to give its picture; add -o OUT.png".into(),
-        )),
-    }
+    stem.file_name().map(OsString::from)
 }
 
 fn is_ending(name: &Path, ending: &str) -> bool {
     name.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}
+
+/// `check`, as typed.
+#[derive(ClapArgs)]
+pub(super) struct CheckArgs {
+    /// Scene files (TOML), or files of particles, as `planisphere render` takes them; - for
+    /// standard input, with --golden or --ids
+    #[arg(value_name = "SCENE", value_hint = clap::ValueHint::FilePath)]
+    scenes: Vec<PathBuf>,
+
+    /// PNG whose pixels the picture must have: of one scene
+    ///
+    /// Any PNG of 8 bits a channel or fewer, also one with a palette: colours are compared, not the
+    /// bytes of files.
+    #[arg(long, value_name = "FILE.png", value_hint = clap::ValueHint::FilePath)]
+    golden: Option<PathBuf>,
+
+    /// Folder of the goldens of several scenes: NAME.png for NAME.toml
+    #[arg(
+        long,
+        value_name = "DIR",
+        value_hint = clap::ValueHint::DirPath,
+        conflicts_with = "golden"
+    )]
+    goldens: Option<PathBuf>,
+
+    /// Array of the spheres that the pixels must show: of one scene
+    ///
+    /// As `planisphere render --ids` writes it, or of integers of any other width.
+    #[arg(long, value_name = "FILE.npy", value_hint = clap::ValueHint::FilePath)]
+    ids: Option<PathBuf>,
+
+    /// Write the goldens that are missing, and replace those that differ
+    ///
+    /// One that has the right pixels stays as it is, to the byte.
+    #[arg(long, conflicts_with_all = ["max_different", "max_delta"])]
+    bless: bool,
+
+    /// Folder for what fails, made if missing: NAME.actual.png is the picture as it is drawn now,
+    /// NAME.diff.png where it differs, in red
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
+    out: Option<PathBuf>,
+
+    /// Print one JSON object on standard output; what is for people goes to standard error
+    #[arg(long)]
+    json: bool,
+
+    /// Also write a report as JUnit XML, which CI systems read
+    #[arg(long, value_name = "FILE.xml", value_hint = clap::ValueHint::FilePath)]
+    junit: Option<PathBuf>,
+
+    /// Pixels that may differ: for goldens that other programs have made
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    max_different: u64,
+
+    /// How far a channel may be off before its pixel differs, 0 to 254: for goldens that other
+    /// programs have made
+    #[arg(
+        long,
+        value_name = "D",
+        default_value_t = 0,
+        hide_default_value = true,
+        value_parser = clap::value_parser!(u8).range(..=254)
+    )]
+    max_delta: u8,
+
+    #[command(flatten)]
+    picture: PictureArgs,
+
+    #[command(flatten)]
+    reading: ReadingArgs,
+
+    #[command(flatten)]
+    camera: CameraArgs,
+}
+
+/// A scene that is checked.
+pub(super) struct Checked {
+    /// Scene file, or `-`.
+    pub scene: PathBuf,
+    /// What it is called, and its files in `--out`.
+    pub name: OsString,
+    /// Picture to compare with.
+    pub golden: Option<PathBuf>,
+    /// Ids to compare with.
+    pub ids: Option<PathBuf>,
+}
+
+/// `check`, as it is to be done.
+pub(super) struct CheckRequest {
+    /// One at least.
+    pub scenes: Vec<Checked>,
+    /// The folder of the goldens, if they share one.
+    pub goldens: Option<PathBuf>,
+    /// Whether goldens are written.
+    pub bless: bool,
+    /// Where pictures that differ are written.
+    pub out: Option<PathBuf>,
+    /// Whether to print JSON.
+    pub json: bool,
+    /// Where a report is written.
+    pub junit: Option<Target>,
+    /// Pixels that may differ.
+    pub max_different: u64,
+    /// How far a channel may be off.
+    pub max_delta: u8,
+    /// Which pictures.
+    pub picture: PictureArgs,
+    /// How files of particles are read.
+    pub reading: ReadingArgs,
+    /// In place of the scenes' cameras.
+    pub camera: CameraArgs,
+}
+
+impl CheckArgs {
+    /// Gives each scene its golden, and refuses what would check nothing, or one golden twice.
+    pub fn request(self) -> Result<CheckRequest, Failure> {
+        let usage = |words: &str| Err(Failure::Usage(words.into()));
+        if self.scenes.is_empty() {
+            return usage(
+                "nothing is checked: no scene is named; name one, or correct the pattern",
+            );
+        }
+        if self.golden.is_none() && self.goldens.is_none() && self.ids.is_none() {
+            return usage(
+                "nothing is checked: add --golden FILE.png or --ids FILE.npy, or, for several \
+                 scenes, --goldens DIR",
+            );
+        }
+        let alone = [("--golden", &self.golden), ("--ids", &self.ids)];
+        for (option, path) in alone.into_iter().filter_map(|(o, path)| Some((o, path.as_ref()?))) {
+            if self.scenes.len() > 1 {
+                return Err(Failure::Usage(format!(
+                    "{option} is for one scene, and {} are named; give --goldens DIR, or name one",
+                    self.scenes.len()
+                )));
+            }
+            if path == Path::new("-") {
+                return Err(Failure::Usage(format!("{option} -: a golden is a file; name one")));
+            }
+        }
+        let junit = self.junit.as_deref().map(Target::from_arg);
+        if let Some(junit) = &junit {
+            junit.check_ending("--junit", "a report", "xml")?;
+        }
+        let scenes = self.checked()?;
+        let Self { goldens, bless, out, json, max_different, max_delta, .. } = self;
+        let Self { picture, reading, camera, .. } = self;
+        Ok(CheckRequest {
+            scenes,
+            goldens,
+            bless,
+            out,
+            json,
+            junit,
+            max_different,
+            max_delta,
+            picture,
+            reading,
+            camera,
+        })
+    }
+
+    /// The scenes with their names and goldens.
+    fn checked(&self) -> Result<Vec<Checked>, Failure> {
+        let mut named: HashMap<OsString, &Path> = HashMap::new();
+        let mut scenes = Vec::new();
+        for scene in &self.scenes {
+            let of_golden = || {
+                let golden = self.golden.as_ref().or(self.ids.as_ref())?;
+                golden.file_stem().map(OsString::from)
+            };
+            let name = match (stem(scene), &self.goldens) {
+                (Some(name), _) => Some(name),
+                (None, None) => of_golden(),
+                (None, Some(_)) => {
+                    return Err(Failure::Usage(format!(
+                        "{} has no name, and so no golden in --goldens; give --golden FILE.png",
+                        if scene == Path::new("-") {
+                            "a scene from standard input".into()
+                        } else {
+                            planisphere_io::text::name(scene)
+                        }
+                    )));
+                }
+            };
+            let name = name.unwrap_or_else(|| "scene".into());
+            let own = self.goldens.as_ref().map(|folder| folder.join(with_png(name.clone())));
+            if let (Some(golden), Some(other)) = (&own, named.insert(name.clone(), scene)) {
+                let [one, two, golden] = [other, scene, golden].map(planisphere_io::text::name);
+                return Err(Failure::Usage(format!(
+                    "{one} and {two} would both have the golden {golden}; name one of them \
+                     otherwise, or check them in two runs"
+                )));
+            }
+            let golden = own.or_else(|| self.golden.clone());
+            scenes.push(Checked { scene: scene.clone(), name, golden, ids: self.ids.clone() });
+        }
+        Ok(scenes)
+    }
 }
 
 /// `view`, as typed.

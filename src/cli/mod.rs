@@ -7,6 +7,7 @@ mod args;
 #[cfg(feature = "bench")]
 mod bench;
 mod camera;
+mod check;
 mod convert;
 mod ends;
 mod info;
@@ -27,7 +28,7 @@ use std::{
     panic,
     process::ExitCode,
     sync::{
-        Arc,
+        Arc, Mutex, Once, PoisonError,
         atomic::{AtomicBool, Ordering},
         mpsc::{self, RecvTimeoutError},
     },
@@ -71,10 +72,13 @@ enum Failure {
     /// What the library says.
     #[error("{}", words(.0))]
     Library(#[from] Error),
+    /// A measurement that did not come out as it must.
     #[cfg(feature = "bench")]
-    /// A check that did not come out as it must.
     #[error("{0}")]
     Check(String),
+    /// What was said already; the exit code.
+    #[error("exit code {0}")]
+    Told(u8),
     /// A measurement that could not be made.
     #[error("{0}")]
     #[cfg(feature = "bench")]
@@ -103,6 +107,7 @@ impl Failure {
                 _ => 2,
             },
             Self::Threads(_) => 3,
+            Self::Told(code) => *code,
             #[cfg(feature = "bench")]
             Self::Check(_) => 1,
             #[cfg(feature = "bench")]
@@ -183,6 +188,7 @@ fn run(command: args::Command, start: Instant) -> Result<(), Failure> {
         args::Command::Render(args) => {
             args.request().and_then(|request| render::run(&request, start))
         }
+        args::Command::Check(args) => args.request().and_then(|request| check::run(&request)),
         #[cfg(feature = "window")]
         args::Command::View(args) => view::run(&args),
         args::Command::Merge(args) => {
@@ -208,6 +214,7 @@ fn conclude(result: &Result<(), Failure>) -> u8 {
     std::mem::forget(Shield::up());
     match result {
         Ok(()) => 0,
+        Err(Failure::Told(code)) => *code,
         Err(failure) => {
             complain(&failure.report(color_on_stderr()));
             failure.exit_code()
@@ -231,7 +238,7 @@ fn unless_changed<T>(
     if watch.is_empty() {
         return work();
     }
-    silence(watch);
+    in_use(Some(watch.clone()));
     let (working, at_work) = mpsc::channel::<()>();
     let (others, speaks) = (watch.clone(), Arc::new(AtomicBool::new(false)));
     let first = Arc::clone(&speaks);
@@ -252,6 +259,7 @@ fn unless_changed<T>(
     let looking = thread::Builder::new().spawn(look);
     let result = watch.guard(work);
     drop(working);
+    in_use(None);
     if looking.is_ok() && speaks.swap(true, Ordering::SeqCst) {
         // The other thread says it and ends the process.
         loop {
@@ -261,15 +269,24 @@ fn unless_changed<T>(
     result?
 }
 
-/// From now on a panic is not reported where a file has changed: it comes from numbers that nobody
-/// meant, and what is to be said is said instead.
-fn silence(watch: &Watch) {
-    let (former, watch) = (panic::take_hook(), watch.clone());
-    panic::set_hook(Box::new(move |panic| {
-        if watch.changed().is_none() {
-            former(panic);
-        }
-    }));
+/// Files that are in use where they lie: where one has changed, a panic comes from that.
+static IN_USE: Mutex<Option<Watch>> = Mutex::new(None);
+
+/// Says which files are in use. A panic is not reported where one of them has changed: it comes
+/// from numbers that nobody meant, and what is to be said is said instead.
+fn in_use(watch: Option<Watch>) {
+    static HOOK: Once = Once::new();
+    let found = || IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
+    *found() = watch;
+    HOOK.call_once(|| {
+        let former = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            let watch = found().clone();
+            if watch.is_none_or(|watch| watch.changed().is_none()) {
+                former(panic);
+            }
+        }));
+    });
 }
 
 /// The arguments; or what clap says of them, help and errors, with the words as they were typed.

@@ -1,15 +1,17 @@
 //! `planisphere render`: load, draw, write, report.
 
-use std::time::Instant;
+use std::{path::Path, time::Instant};
 
 use serde::Serialize;
 
 use super::{
     Failure,
-    args::{RenderRequest, named},
+    args::{PictureArgs, RenderRequest, named},
+    camera::CameraArgs,
     ends::Ends,
     print,
     progress::Progress,
+    reading::ReadingArgs,
     say, unless_changed,
 };
 use planisphere_io::{
@@ -96,11 +98,15 @@ pub(super) fn run(asked: &RenderRequest, start: Instant) -> Result<(), Failure> 
     let mut times = Milliseconds::default();
 
     let step = Instant::now();
-    let (loaded, request) = load(asked, &mut ends)?;
+    let RenderRequest { scene, picture, reading, camera, .. } = asked;
+    let (loaded, request) = Input { scene, picture, reading, camera }.load()?;
+    loaded.files.iter().for_each(|path| ends.reads(path));
+    ends.check()?;
+    say_read(&loaded);
     times.load = milliseconds(step);
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));
-    let renderer = Renderer::open(&asked.device)?;
+    let renderer = Renderer::open(&asked.picture.device)?;
     drop(progress);
     times.open = milliseconds(step);
     say_device(&renderer);
@@ -157,27 +163,38 @@ pub(super) fn run(asked: &RenderRequest, start: Instant) -> Result<(), Failure> 
     Ok(())
 }
 
-/// Reads the scene, says what is unusual about it, and makes it a request.
-fn load(asked: &RenderRequest, ends: &mut Ends) -> Result<(Loaded, Request), Failure> {
-    let control = Control::new();
-    let progress = Progress::of("loading", &control);
-    let mut loaded = asked.reading.load(&asked.scene, &control)?;
-    asked.camera.apply(&mut loaded)?;
-    if let Some([width, height]) = asked.size {
-        (loaded.image.width, loaded.image.height) = (width, height);
+/// What is drawn, as typed.
+pub(super) struct Input<'a> {
+    /// Scene file, file of particles, or `-`.
+    pub scene: &'a Path,
+    /// Which picture of it.
+    pub picture: &'a PictureArgs,
+    /// How a file of particles is read.
+    pub reading: &'a ReadingArgs,
+    /// In place of its camera.
+    pub camera: &'a CameraArgs,
+}
+
+impl Input<'_> {
+    /// Reads it, and makes it a request.
+    pub fn load(&self) -> Result<(Loaded, Request), Failure> {
+        let control = Control::new();
+        let progress = Progress::of("loading", &control);
+        let mut loaded = self.reading.load(self.scene, &control)?;
+        self.camera.apply(&mut loaded)?;
+        if let Some([width, height]) = self.picture.size {
+            (loaded.image.width, loaded.image.height) = (width, height);
+        }
+        let size = [loaded.image.width, loaded.image.height];
+        let camera = Camera::try_from(loaded.camera(loaded.image)).map_err(Error::from)?;
+        let look = self.picture.look.apply(loaded.look.clone()).map_err(Error::from)?;
+        let mut request = Request::new(&Scene::from(&loaded), camera, size)?.look(look);
+        if let Some(region) = self.picture.region {
+            request = request.region(region_inside(region, size)?)?;
+        }
+        drop(progress);
+        Ok((loaded, request))
     }
-    let size = [loaded.image.width, loaded.image.height];
-    let camera = Camera::try_from(loaded.camera(loaded.image)).map_err(Error::from)?;
-    let look = asked.look.apply(loaded.look.clone()).map_err(Error::from)?;
-    let mut request = Request::new(&Scene::from(&loaded), camera, size)?.look(look);
-    if let Some(region) = asked.region {
-        request = request.region(region_inside(region, size)?)?;
-    }
-    loaded.files.iter().for_each(|path| ends.reads(path));
-    ends.check()?;
-    drop(progress);
-    say_read(&loaded);
-    Ok((loaded, request))
 }
 
 /// Says what was understood of files, and what is unusual.

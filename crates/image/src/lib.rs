@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
+pub mod compare;
 pub mod linear;
 pub mod look;
 pub mod maps;

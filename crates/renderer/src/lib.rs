@@ -49,12 +49,15 @@ pub use hybrid::{Hybrid, REST};
 pub use job::Job;
 #[cfg(feature = "parts")]
 pub use parts::Part;
-pub use picture::{Difference, Hit, Picture};
+pub use picture::{Hit, Picture};
 #[cfg(all(feature = "files", feature = "parts"))]
 pub use plan::Plan;
 pub use planisphere_core::camera::{MAX_SIDE, Region};
 #[cfg(feature = "gpu")]
 pub use planisphere_gpu::{adapters::adapters, wgpu};
+pub use planisphere_image::compare::Difference;
+#[doc(hidden)]
+pub use planisphere_image::compare::{Pixels as Compared, compare, shown};
 pub use planisphere_image::look::{Look, LookError};
 #[cfg(feature = "read")]
 pub use read::{Document, read, start_read};

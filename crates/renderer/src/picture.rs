@@ -12,7 +12,10 @@ use planisphere_core::{
     drawing::{Control, Counts},
     exact::decide::{Root, Tally, Truth},
 };
-use planisphere_image::Paint;
+use planisphere_image::{
+    Paint,
+    compare::{Difference, Pixels, compare},
+};
 #[cfg(feature = "png")]
 use planisphere_io::png;
 
@@ -92,25 +95,6 @@ impl Hit {
         let inside = hit.root() == Root::Far;
         let (point, normal) = (point.to_array(), normal.to_array());
         Some(Self { index, depth, point, normal, inside })
-    }
-}
-
-/// How two pictures differ.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Difference {
-    /// Pixels that differ; all, if sizes do.
-    pub pixels: u64,
-    /// The greatest difference of a channel.
-    pub greatest: u8,
-    /// The first ten, from the top left: column and row, this, and the other.
-    pub first: Vec<([u32; 2], [u8; 4], [u8; 4])>,
-}
-
-impl Difference {
-    /// Whether there is none.
-    pub fn is_none(&self) -> bool {
-        self.pixels == 0
     }
 }
 
@@ -251,25 +235,13 @@ impl Picture {
 
     /// Pixel by pixel against another.
     pub fn compare(&self, other: &Picture) -> Difference {
-        let mut difference = Difference::default();
-        if self.size() != other.size() {
-            let [width, height] = self.size().map(u64::from);
-            return Difference { pixels: (width * height).max(1), greatest: 255, ..difference };
-        }
-        let width = self.region().width.max(1) as usize;
-        for (at, (&one, &two)) in self.rgba().iter().zip(other.rgba()).enumerate() {
-            if one == two {
-                continue;
-            }
-            difference.pixels += 1;
-            let channels = one.iter().zip(two).map(|(one, two)| one.abs_diff(two));
-            difference.greatest = channels.fold(difference.greatest, u8::max);
-            if difference.first.len() < 10 {
-                let place = [(at % width) as u32, (at / width) as u32];
-                difference.first.push((place, one, two));
-            }
-        }
-        difference
+        compare(self.pixels(), other.pixels(), 0)
+    }
+
+    /// As it is compared.
+    #[doc(hidden)]
+    pub fn pixels(&self) -> Pixels<'_> {
+        Pixels { size: self.size(), rgba: self.rgba() }
     }
 
     /// How long it took, from the call to the last byte.

@@ -18,7 +18,8 @@ use serde_json::Value;
 const FACADE: &str = "planisphere";
 
 /// The crates whose items are looked up, by the names of their packages.
-pub const PACKAGES: [&str; 3] = [FACADE, "planisphere-renderer", "planisphere-core"];
+pub const PACKAGES: [&str; 4] =
+    [FACADE, "planisphere-renderer", "planisphere-core", "planisphere-image"];
 
 /// Traits of the compiler's own, which no stable program can name.
 const UNSTABLE: [&str; 3] = ["Freeze", "StructuralPartialEq", "UnsafeUnpin"];

@@ -26,7 +26,11 @@ use crate::particles::{
 };
 use crate::{
     colors,
-    input::{mapped, named::Named, stream},
+    input::{
+        mapped::{self, OpenError, ReadError, open_regular},
+        named::Named,
+        stream,
+    },
 };
 use planisphere_core::{
     camera::{Camera, ImageSize},
@@ -244,6 +248,37 @@ fn scene_of_frame(file: &File, understood: Understood) -> Result<(Scene, Watch),
     })?;
     let watch = file.data().mapped().filter(|_| in_place).into_iter().cloned().collect();
     Ok((scene, Watch(watch)))
+}
+
+/// Reads a whole file that is none of a scene, such as a picture to compare with; nothing where
+/// there is none.
+///
+/// # Errors
+/// When it is no regular file, cannot be read, or is longer than any picture.
+pub fn whole(path: &Path) -> Result<Option<Vec<u8>>, LoadError> {
+    /// A picture of the greatest size has 4 GiB, as has an array of its ids; some are of int64.
+    const LONGEST: u64 = 9 << 30;
+    let refused = |problem: String, fix: &str| {
+        Err(LoadError::of_file(&crate::text::name(path), problem, fix).in_file(path))
+    };
+    let (file, metadata) = match open_regular(path) {
+        Ok(opened) => opened,
+        Err(OpenError::Missing) => return Ok(None),
+        Err(OpenError::NotRegular(what)) => return refused(format!("is {what}"), "name a file"),
+        Err(OpenError::Io(error)) => {
+            return refused(format!("cannot be read: {error}"), OpenError::fix(&error));
+        }
+    };
+    if metadata.len() > LONGEST {
+        return refused("is longer than any picture".into(), "name a picture");
+    }
+    match mapped::read_whole(path, &file) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(ReadError::Io(error)) => {
+            refused(format!("cannot be read: {error}"), OpenError::fix(&error))
+        }
+        Err(ReadError::Changed) => refused("is being written".into(), "compare when it is done"),
+    }
 }
 
 /// Reads the `[camera]` of a scene file.

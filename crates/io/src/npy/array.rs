@@ -1120,7 +1120,7 @@ fn no_numbers(found: &str, fix: &str) -> Refused {
 }
 
 /// A shape in NumPy's notation, such as `(100, 3)`.
-fn shape_text(shape: &[usize]) -> String {
+pub(super) fn shape_text(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),
         axes => format!("({})", axes.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),

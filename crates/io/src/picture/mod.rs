@@ -13,6 +13,7 @@ mod kind;
 pub mod png;
 #[cfg(feature = "pictures")]
 mod qoi;
+mod read;
 mod sniff;
 #[cfg(feature = "pictures")]
 mod tiff;
@@ -26,7 +27,10 @@ use std::{
     io::{self, Write},
 };
 
-pub use self::kind::{Kind, UnknownEnding};
+pub use self::{
+    kind::{Kind, UnknownEnding},
+    read::{Golden, ReadError, png_size, read_png},
+};
 use crate::png::invalid;
 
 /// What a picture is beside its pixels.
