@@ -3,6 +3,7 @@
 
 use planisphere_core::{
     exact::decide::Truth,
+    ids::NONE,
     levels::{Levels, Lit, Sample},
     scene::Scene,
 };
@@ -107,7 +108,7 @@ pub struct Cache<'a> {
 }
 
 impl<'a> Cache<'a> {
-    const PLACES: usize = 256;
+    const PLACES: usize = 1024;
 
     /// Where they are from.
     pub fn spheres(&self) -> &'a Spheres<'a> {
@@ -122,6 +123,14 @@ impl<'a> Cache<'a> {
             _ => *place = Some(self.spheres.find(id)),
         }
         place.as_ref().expect("just found")
+    }
+
+    /// A hint that a sphere is soon to be asked for.
+    #[inline(always)]
+    pub fn prefetch(&self, id: i32) {
+        if id != NONE {
+            self.spheres.levels.prefetch(id as usize);
+        }
     }
 
     /// What a sphere's levels are found from.
