@@ -68,10 +68,11 @@ impl<T: Channel> Bands for Filtered<T> {
     type Pixel = [T; 4];
 
     fn compress(&self, above: &[[T; 4]], rows: &[[T; 4]], width: usize) -> (Vec<u8>, Adler) {
-        if !self.alpha && self.are_runs(rows, width) {
-            if let Some(runs) = T::as_runs(rows, width) {
-                return runs;
-            }
+        if !self.alpha
+            && self.are_runs(rows, width)
+            && let Some(runs) = T::as_runs(rows, width)
+        {
+            return runs;
         }
         self.filtered(above, rows, width)
     }
