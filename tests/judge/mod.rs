@@ -11,7 +11,10 @@
 #![allow(dead_code, reason = "each test crate that takes in the judge asks it other questions")]
 
 pub mod interval;
+mod levels;
+pub mod looks;
 pub mod separation;
+mod srgb;
 
 use std::{
     cmp::Ordering,
@@ -198,23 +201,35 @@ fn whole(vector: [f64; 3]) -> [IBig; 3] {
 impl Judge {
     /// Reads the numbers of a scene and a view. Both must have been checked.
     pub fn new(scene: &Scene, view: &View) -> Self {
+        Self::wider(scene, view, 0, &[])
+    }
+
+    /// The same with so many more samples beyond each border, from which columns and rows then
+    /// count. `lengths` are those that distances will be compared with.
+    fn wider(scene: &Scene, view: &View, margin: u32, lengths: &[f64]) -> Self {
         let camera = &view.camera;
         let spheres: Vec<_> = (0..scene.len())
             .map(|i| scene.sphere(i).unwrap())
             .map(|s| (s.center.to_array(), s.radius))
             .collect();
         let (columns, rows) = (view.image.width, view.image.height);
-        let sides = match camera.size {
-            ScreenSize::Both { width, height } => [(width, columns, columns), (height, rows, rows)],
+        let [across, down] = match camera.size {
+            ScreenSize::Both { width, height } => [(width, columns), (height, rows)],
             // Square pixels: the other side follows from the aspect, without rounding.
-            ScreenSize::Width(width) => [(width, columns, columns), (width, columns, rows)],
-            ScreenSize::Height(height) => [(height, rows, columns), (height, rows, rows)],
+            ScreenSize::Width(width) => [(width, columns); 2],
+            ScreenSize::Height(height) => [(height, rows); 2],
         };
+        // As many more on both sides leave the middle, and so every sample, where it is.
+        let sides = [(across, columns), (down, rows)]
+            .map(|((length, divisor), pixels)| (length, divisor, pixels + 2 * margin));
         let perspective = camera.projection == Projection::Perspective;
         let origin = camera.origin.to_array();
         let (d, up) = (whole(camera.view.to_array()), whole(camera.up.to_array()));
-        let planes: Vec<f64> =
-            [camera.near, camera.far].into_iter().filter(|x| x.is_finite()).collect();
+        let planes: Vec<f64> = [camera.near, camera.far]
+            .into_iter()
+            .filter(|x| x.is_finite())
+            .chain(lengths.iter().copied())
+            .collect();
         let integer_cross = |a: &[IBig; 3], b: &[IBig; 3]| {
             [(1, 2), (2, 0), (0, 1)].map(|(i, j): (usize, usize)| &a[i] * &b[j] - &a[j] * &b[i])
         };
