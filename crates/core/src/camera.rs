@@ -110,6 +110,12 @@ pub enum ViewError {
     /// The region has no pixels.
     #[error("the region is {} x {} pixels; give at least 1 x 1", .0.width, .0.height)]
     Empty(Region),
+    /// The region has more columns or rows than are drawn at once.
+    #[error(
+        "the region is {} x {} samples; draw it in parts of at most {MAX_SIDE} a side",
+        .0.width, .0.height
+    )]
+    Large(Region),
     /// The region is not a part of the image.
     #[error(
         "the region {},{},{},{} (x,y,w,h) reaches outside of the image of {} x {} pixels; keep it \
@@ -238,17 +244,21 @@ impl Pitch {
     }
 }
 
-/// A camera and an image size: every sample point of the picture, exactly.
+/// A camera and a raster: every sample point of the picture, exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The camera.
     pub camera: Camera,
-    /// The whole image, also when only a region of it is drawn.
+    /// The whole raster, also when only a region of it is drawn: columns and rows of samples.
     pub image: ImageSize,
-    /// Width of a pixel.
+    /// Width of a sample.
     pub pitch_x: Pitch,
-    /// Height of a pixel.
+    /// Height of a sample.
     pub pitch_y: Pitch,
+    /// Samples a side of a pixel; 1 where samples are the middles of pixels.
+    pub per_pixel: u32,
+    /// Columns and rows of samples beyond each side of the picture.
+    pub margin: u32,
 }
 
 /// A ray in world space, rounded to f64: `origin + t direction`, `t` the distance along the view
@@ -261,10 +271,23 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
+/// Samples a side of a pixel, at most.
+pub const MAX_PER_PIXEL: u32 = 16;
+/// Samples beyond a side of a picture, at most.
+pub const MAX_MARGIN: u32 = 1 << 14;
+// Twice a column fits an `i32`, for `View::odd_x`.
+const _: () = assert!(2 * (MAX_SIDE * MAX_PER_PIXEL + 2 * MAX_MARGIN) <= i32::MAX as u32);
+
 impl View {
     /// Joins a camera and an image size, of any numbers: what draws asks [`View::check`] first.
     pub fn new(camera: Camera, image: ImageSize) -> Self {
-        let (across, down) = (image.width, image.height);
+        Self::sampled(camera, image, 1, 0)
+    }
+
+    /// The raster with so many samples a side of each pixel of an image, and more samples around
+    /// it: the picture of the same view at a multiple of the size.
+    pub fn sampled(camera: Camera, image: ImageSize, per_pixel: u32, margin: u32) -> Self {
+        let [across, down] = [image.width, image.height].map(|side| side.saturating_mul(per_pixel));
         let (pitch_x, pitch_y) = match camera.size {
             ScreenSize::Width(length) => {
                 (Pitch { length, divisor: across }, Pitch { length, divisor: across })
@@ -276,7 +299,15 @@ impl View {
                 (Pitch { length: width, divisor: across }, Pitch { length: height, divisor: down })
             }
         };
-        Self { camera, image, pitch_x, pitch_y }
+        let [width, height] = [across, down].map(|side| side.saturating_add(2 * margin));
+        Self { camera, image: ImageSize { width, height }, pitch_x, pitch_y, per_pixel, margin }
+    }
+
+    /// The image that the samples are of.
+    pub fn pixels(&self) -> ImageSize {
+        let per_pixel = self.per_pixel.max(1);
+        let side = |side: u32| side.saturating_sub(2 * self.margin) / per_pixel;
+        ImageSize { width: side(self.image.width), height: side(self.image.height) }
     }
 
     /// Whether a region of this view has a picture. Every device, and every plane, asks this before
@@ -286,16 +317,22 @@ impl View {
     /// The first rule that is broken: of the camera, the image size, the view, the region.
     pub fn check(&self, region: Region) -> Result<(), ViewError> {
         self.camera.check()?;
-        let ImageSize { width, height } = self.image;
-        if !((1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height)) {
-            return Err(ViewError::Image(self.image));
+        let pixels = self.pixels();
+        let in_limits = [pixels.width, pixels.height].iter().all(|s| (1..=MAX_SIDE).contains(s));
+        if !in_limits {
+            return Err(ViewError::Image(pixels));
         }
-        if *self != Self::new(self.camera, self.image) {
+        let usual = self.per_pixel <= MAX_PER_PIXEL && self.margin <= MAX_MARGIN;
+        if !usual || *self != Self::sampled(self.camera, pixels, self.per_pixel, self.margin) {
             return Err(ViewError::Stale);
         }
         if region.width == 0 || region.height == 0 {
             return Err(ViewError::Empty(region));
         }
+        if region.width.max(region.height) > MAX_SIDE {
+            return Err(ViewError::Large(region));
+        }
+        let ImageSize { width, height } = self.image;
         let inside = |first: u32, count: u32, side: u32| {
             first.checked_add(count).is_some_and(|end| end <= side)
         };

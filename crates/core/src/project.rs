@@ -140,7 +140,7 @@ fn lesser(a: f64, number: f64) -> f64 {
 impl Projector {
     /// Of a region of the view that `truth` decides.
     pub fn new(truth: &Truth, region: Region) -> Self {
-        let View { camera, pitch_x, pitch_y, image } = *truth.view();
+        let View { camera, pitch_x, pitch_y, image, .. } = *truth.view();
         let scale = truth.scale();
         let unit = match camera.projection {
             Projection::Orthographic => scale,

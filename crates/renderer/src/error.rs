@@ -266,7 +266,9 @@ impl From<ViewError> for Error {
             ViewError::Outside { region, image } => {
                 Self::Region { region, size: [image.width, image.height] }
             }
-            ViewError::Empty(region) => Self::Region { region, size: [0; 2] },
+            ViewError::Empty(region) | ViewError::Large(region) => {
+                Self::Region { region, size: [0; 2] }
+            }
             ViewError::Stale => Self::Device { words: error.to_string() },
         }
     }

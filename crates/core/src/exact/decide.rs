@@ -54,7 +54,7 @@ pub enum Root {
 
 impl Root {
     /// The sign before the square root.
-    fn sign(self) -> i32 {
+    pub(super) fn sign(self) -> i32 {
         match self {
             Self::Near => -1,
             Self::Far => 1,
@@ -100,6 +100,11 @@ impl Hit {
     /// Which wall is seen.
     pub fn root(&self) -> Root {
         self.root
+    }
+
+    /// Of which sphere.
+    pub(super) fn ball(&self) -> Ball {
+        self.ball
     }
 }
 
@@ -169,6 +174,16 @@ impl Truth {
     /// The camera's axes.
     pub fn axes(&self) -> &Axes {
         &self.axes
+    }
+
+    /// The numbers that decisions are made in.
+    pub(super) fn field(&self) -> &Field {
+        &self.field
+    }
+
+    /// A world length in view lengths.
+    pub(super) fn scaled(&self, length: f64) -> Bounded {
+        Bounded::exact(length * self.scale).widened(self.slack)
     }
 
     /// World lengths times this power of two are the lengths of view space; 1 unless the scene is
@@ -292,7 +307,22 @@ impl Pixel<'_> {
         self.y(hit).bounds()
     }
 
-    fn y(&self, hit: &Hit) -> Bounded {
+    /// What the pixel is of.
+    pub(super) fn truth(&self) -> &Truth {
+        self.truth
+    }
+
+    /// `|dir|^2`.
+    pub(super) fn sample_length(&self) -> Bounded {
+        self.sample().a
+    }
+
+    /// A sphere in exact numbers, of lengths in units of two to some exponent.
+    pub(super) fn site(&self, ball: Ball, exponent: i32) -> Site {
+        self.truth.site(self.odd, ball, exponent)
+    }
+
+    pub(super) fn y(&self, hit: &Hit) -> Bounded {
         *hit.y.get_or_init(|| {
             let (beta, q) = self.bounded(hit.ball);
             // The hit is there: where q is not certain, it is not negative.
@@ -451,7 +481,7 @@ impl Pixel<'_> {
 
     /// `beta` and `q` of the view space, over `sqrt(A B)` and its square: `t = (beta -+ sqrt q) /
     /// a`.
-    fn bounded(&self, ball: Ball) -> (Bounded, Bounded) {
+    pub(super) fn bounded(&self, ball: Ball) -> (Bounded, Bounded) {
         let truth = self.truth;
         let origin = truth.view.camera.origin;
         let f: [Bounded; 3] = std::array::from_fn(|k| {
@@ -463,7 +493,7 @@ impl Pixel<'_> {
             part(0) + part(1) + part(2)
         };
         let (x, y, z) = (along(truth.axes.right), along(truth.axes.up), along(truth.axes.forward));
-        let r = Bounded::exact(ball.radius * truth.scale).widened(truth.slack);
+        let r = truth.scaled(ball.radius);
         let Sample { s: [sx, sy], a } = *self.sample();
         match truth.view.camera.projection {
             Projection::Orthographic => (z, r.square() - (sx - x).square() - (sy - y).square()),
@@ -527,7 +557,7 @@ fn floor_root(square: &IBig) -> IBig {
 
 impl Tally {
     /// The first answer, from the cheapest arithmetic that gives one.
-    fn ask(
+    pub(super) fn ask(
         &mut self,
         small: impl FnOnce() -> Option<i32>,
         bounded: impl FnOnce() -> Option<i32>,
@@ -550,11 +580,11 @@ impl Tally {
 /// Lengths are integers in units of `2^exponent / (2 lcm)`. The perspective ray is `dir' = P dir`,
 /// so that its components are integers too; then `y / (a' sqrt(A B)) = t / P` with `a' = P^2
 /// |dir|^2`. Orthographic: `P = a' = 1`.
-struct Site {
-    beta: Element,
-    q: Element,
-    a: IBig,
-    p: IBig,
+pub(super) struct Site {
+    pub(super) beta: Element,
+    pub(super) q: Element,
+    pub(super) a: IBig,
+    pub(super) p: IBig,
 }
 
 /// A sphere's numbers at a pixel, each computed when it is first needed.
@@ -588,7 +618,7 @@ impl<'a> Numbers<'a> {
 
 impl Truth {
     /// The exponent under which all lengths that meet at a pixel are integers.
-    fn exponent<const N: usize>(&self, balls: [Ball; N]) -> i32 {
+    pub(super) fn exponent<const N: usize>(&self, balls: [Ball; N]) -> i32 {
         let View { camera, pitch_x, pitch_y, .. } = &self.view;
         let spheres = balls.iter().flat_map(|b| b.center.to_array().into_iter().chain([b.radius]));
         let far = if camera.far.is_finite() { camera.far } else { 0.0 };
@@ -601,7 +631,7 @@ impl Truth {
     }
 
     /// A length in units of `2^exponent / (2 lcm)`.
-    fn length(&self, value: f64, exponent: i32) -> IBig {
+    pub(super) fn length(&self, value: f64, exponent: i32) -> IBig {
         integer(value, exponent) * IBig::from(2 * self.lcm[0])
     }
 
