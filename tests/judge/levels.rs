@@ -32,7 +32,20 @@ struct Along<'a, R> {
     hit: Hit,
 }
 
+impl Hit {
+    /// The sphere: the first of those with its numbers.
+    pub fn sphere(&self) -> usize {
+        self.sphere
+    }
+}
+
 impl Judge {
+    /// What is seen at a sample.
+    pub fn seen_at(&self, (column, row): Place) -> Option<Hit> {
+        let sphere = usize::try_from(self.id(column, row)).ok()?;
+        self.hit(column, row, sphere)
+    }
+
     /// What is seen at some samples, row by row from the top.
     pub(super) fn hits(&self, columns: Range<u32>, rows: Range<u32>) -> Vec<Option<Hit>> {
         rows.into_par_iter()
@@ -52,7 +65,7 @@ impl Judge {
 
     /// The greatest `L` up to 255 with `cos >= L / 256`, where cos is that of the angle between ray
     /// and normal.
-    pub(super) fn light(&self, (column, row): Place, hit: Hit) -> u32 {
+    pub fn light(&self, (column, row): Place, hit: Hit) -> u32 {
         let body = self.body(hit.sphere);
         // 65536 chords and up to 65536 squares of diameters.
         let size = self.setting.chord(body).larger(17);
@@ -80,7 +93,7 @@ impl Judge {
     }
 
     /// The greatest `D` up to 256 with `t >= N + (F - N) D / 256`, and 0 before N.
-    pub(super) fn cue(&self, (column, row): Place, hit: Hit, planes: [f64; 2]) -> u32 {
+    pub fn cue(&self, (column, row): Place, hit: Hit, planes: [f64; 2]) -> u32 {
         let body = self.body(hit.sphere);
         // 256 of one and 256 of the other.
         let size = self.setting.depth(&[body]).larger(8);
@@ -117,7 +130,7 @@ impl Judge {
     }
 
     /// How the distance of `b` less that of `a`, along two rays, compares with a length.
-    pub(super) fn gap(&self, a: (Place, Hit), b: (Place, Hit), length: f64) -> Ordering {
+    pub fn gap(&self, a: (Place, Hit), b: (Place, Hit), length: f64) -> Ordering {
         let size = self.setting.gap(&[self.body(a.1.sphere), self.body(b.1.sphere)]);
         let rays = [a.0, b.0].map(|(column, row)| self.ray(column, row, ()));
         let quick = self.farther(

@@ -5,7 +5,7 @@ use std::{cmp::Ordering, collections::HashMap};
 
 use dashu_int::IBig;
 use planisphere_core::{
-    camera::{ImageSize, Region, View},
+    camera::{Region, View},
     scene::Scene,
 };
 use rayon::prelude::*;
@@ -123,9 +123,8 @@ impl Samples {
                 wanted.cue.into_iter().flatten().chain(jump)
             })
             .collect();
-        let ImageSize { width, height } = view.image;
-        let image = ImageSize { width: width * aa, height: height * aa };
-        let judge = Judge::wider(scene, &View::new(view.camera, image), margin, &lengths);
+        let raster = View::sampled(view.camera, view.image, aa, margin);
+        let judge = Judge::with_lengths(scene, &raster, &lengths);
         let (columns, rows) = (region.width * aa + 2 * margin, region.height * aa + 2 * margin);
         // The judge counts from the margin's corner, and so do we.
         let (x, y) = (region.x * aa, region.y * aa);
