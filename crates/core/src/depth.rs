@@ -187,15 +187,15 @@ pub struct Lens {
 /// A sphere in view space, with its bounds.
 #[derive(Clone, Copy)]
 pub struct Shown {
-    sphere: Projected,
-    margins: Margins,
+    pub(crate) sphere: Projected,
+    pub(crate) margins: Margins,
 }
 
 /// A sphere in a row.
 #[derive(Clone, Copy)]
 pub struct Line {
-    row: Row,
-    margins: Margins,
+    pub(crate) row: Row,
+    pub(crate) margins: Margins,
 }
 
 impl Lens {

@@ -5,7 +5,8 @@
 //! layers, top to bottom; each knows only those below it:
 //!
 //! * [`cpu`]: the native device. [`part`]: pictures that were drawn in several places, and merging.
-//!   [`depth`]: distances of ids. [`unseen`]: why a picture is empty.
+//!   [`depth`]: distances of ids. [`levels`]: what looks ask of hits. [`unseen`]: why a picture is
+//!   empty.
 //! * [`tile`]: the nearest sphere at every pixel of a tile. How the native device draws, and how
 //!   the undecided pixels of another device are decided. [`pair`]: the order of two spheres that
 //!   all but coincide.
@@ -35,6 +36,7 @@ pub mod fov;
 pub mod framing;
 pub mod host;
 pub mod ids;
+pub mod levels;
 pub mod order;
 pub mod pair;
 pub mod part;

@@ -505,6 +505,11 @@ impl Kept {
         self.drawn.fetch_add(1, Ordering::Relaxed)
     }
 
+    /// How often it was drawn, what is drawn now included.
+    pub fn counted(&self) -> u32 {
+        self.drawn.load(Ordering::Relaxed)
+    }
+
     /// [`is_crowded`], found once.
     pub fn crowded(&self, scene: &Scene) -> bool {
         *self.crowded.get_or_init(|| is_crowded(scene))

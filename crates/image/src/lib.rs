@@ -12,7 +12,12 @@ use rayon::prelude::*;
 
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
+pub mod linear;
+pub mod look;
 pub mod maps;
+mod outline;
+pub mod resolve;
+mod shaded;
 
 /// Colours of ids: a sphere's own, the background's for -1.
 #[derive(Clone, Copy)]

@@ -7,6 +7,7 @@
 //! | feature | modules | |
 //! | --- | --- | --- |
 //! | `png` | `png` | ids or colours become a PNG |
+//! | `png` | `picture` | pixels become a PNG, and come back from one |
 //! | `parts` | `part` | parts of pictures as bytes; with `read`, from files |
 //! | `read` | `load`, `identity` | reads scene files and their arrays |
 //! | `particles` | `particles` | what files of particles share; each format is a feature more |
@@ -50,6 +51,10 @@ pub mod part;
 )]
 pub mod particles;
 #[cfg(feature = "png")]
+pub mod picture;
+#[cfg(feature = "png")]
 pub mod png;
 #[cfg(feature = "read")]
 mod zeros;
+#[cfg(feature = "png")]
+mod zlib;

@@ -7,7 +7,7 @@ use std::{fmt, str::FromStr, sync::OnceLock, time::Instant};
 
 use planisphere_core::{
     camera::{Region, View},
-    cpu::Cpu,
+    cpu::{Cpu, Piece},
     drawing::{Control, DrawError, Drawing},
     host::Host,
     scene::Scene,
@@ -255,6 +255,24 @@ impl Engine {
             Self::Cpu(cpu) => cpu.draw(scene, view, region),
             #[cfg(feature = "gpu")]
             Self::Gpu(hybrid) => hybrid.draw(scene, view, region),
+        }
+    }
+
+    /// The same of a picture that is drawn in several pieces.
+    ///
+    /// # Errors
+    /// As [`Engine::draw`].
+    pub fn draw_piece(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+        piece: Piece,
+    ) -> Result<Drawing, DrawError> {
+        match self {
+            Self::Cpu(cpu) => cpu.draw_piece(scene, view, region, piece),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(hybrid) => hybrid.draw_piece(scene, view, region, Some(piece)),
         }
     }
 }

@@ -45,6 +45,13 @@ pub enum Error {
         /// Why not, and the fix.
         words: String,
     },
+    /// A look cannot be what was asked for.
+    Look {
+        /// What it is about, such as `aa`.
+        what: &'static str,
+        /// Why not, and the fix.
+        words: String,
+    },
     /// A count is zero, or beyond a limit.
     Size {
         /// Of what, such as `image width` or `spheres`.
@@ -194,6 +201,7 @@ impl fmt::Display for Error {
             Self::NoPlane { plane } => {
                 write!(f, "the picture has no {plane}; ask for them in its request")
             }
+            Self::Look { what, words } => write!(f, "{what} {words}"),
             Self::Palette => write!(
                 f,
                 "the picture has more than 256 colours, and a palette holds no more; write it as \

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use planisphere_core::{
     camera::{Region, View},
-    cpu::{self, Cpu},
+    cpu::{self, Cpu, Piece},
     drawing::{Control, DrawError, Drawing},
     order::Kept,
     scene::Scene,
@@ -85,6 +85,20 @@ impl Hybrid {
         view: &View,
         region: Region,
     ) -> Result<Drawing, DrawError> {
+        self.draw_piece(scene, view, region, None)
+    }
+
+    /// The same of a picture that is drawn in several pieces.
+    ///
+    /// # Errors
+    /// As [`crate::Engine::draw`].
+    pub fn draw_piece(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+        piece: Option<Piece>,
+    ) -> Result<Drawing, DrawError> {
         if self.drawn != Some(scene.identity()) {
             (self.cpu, self.resting) = (Cpu::with(self.effort).on(host()), 0);
             self.cpu.controlled_by(&self.control);
@@ -94,13 +108,13 @@ impl Hybrid {
         if self.resting > 0 {
             self.resting -= 1;
             self.stood_in = Some(HARD);
-            return self.draw_on_host(scene, view, region);
+            return self.draw_on_host(scene, view, region, piece);
         }
         let (mut drawing, left) = match self.gpu.draw(scene, view, region)? {
             Answer::Drawn(drawing, left) => (drawing, left),
             Answer::Unfit => {
                 self.stood_in = Some(UNFIT);
-                return self.draw_on_host(scene, view, region);
+                return self.draw_on_host(scene, view, region, piece);
             }
         };
         if left == [region] {
@@ -114,7 +128,7 @@ impl Hybrid {
             let share = [band.y - region.y, band.y - region.y + band.height];
             let share = share.map(|row| row as f32 / region.height as f32);
             self.cpu.controlled_by(&whole.part(share));
-            let part = self.draw_on_host(scene, view, band)?;
+            let part = self.draw_on_host(scene, view, band, piece)?;
             let first = (band.y - region.y) as usize * region.width as usize;
             drawing.ids[first..first + part.ids.len()].copy_from_slice(&part.ids);
             drawing.counts.exact += part.counts.exact;
@@ -130,11 +144,15 @@ impl Hybrid {
         scene: &Scene,
         view: &View,
         region: Region,
+        piece: Option<Piece>,
     ) -> Result<Drawing, DrawError> {
         if let Some(ordered) = self.gpu.ordered() {
             scene.kept::<Kept>().adopt(ordered);
         }
-        let mut drawing = self.cpu.draw(scene, view, region)?;
+        let mut drawing = match piece {
+            Some(piece) => self.cpu.draw_piece(scene, view, region, piece)?,
+            None => self.cpu.draw(scene, view, region)?,
+        };
         drawing.counts.undecided = region.pixels();
         Ok(drawing)
     }

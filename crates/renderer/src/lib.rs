@@ -20,11 +20,13 @@ pub mod files;
 #[cfg(feature = "gpu")]
 mod hybrid;
 mod job;
+mod look;
 #[cfg(feature = "gpu")]
 mod on_wgpu;
 #[cfg(feature = "parts")]
 mod parts;
 mod picture;
+mod pixels;
 #[cfg(all(feature = "files", feature = "parts"))]
 mod plan;
 #[cfg(feature = "read")]
@@ -46,6 +48,7 @@ pub use error::Error;
 #[doc(hidden)]
 pub use hybrid::{Hybrid, REST};
 pub use job::Job;
+pub use look::Look;
 #[cfg(feature = "parts")]
 pub use parts::Part;
 pub use picture::{Difference, Hit, Picture};
@@ -57,7 +60,7 @@ pub use planisphere_gpu::{adapters::adapters, wgpu};
 #[cfg(feature = "read")]
 pub use read::{Document, read, start_read};
 pub use renderer::Renderer;
-pub use request::{Look, Request};
+pub use request::Request;
 pub use scene::{Scene, Sphere, Spheres};
 
 /// What was done for a picture, in numbers.

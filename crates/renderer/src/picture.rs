@@ -204,8 +204,8 @@ impl Picture {
             return Err(Error::NoPlane { plane: "colors" });
         };
         match self.indices {
-            None => self.write_rows(&mut out, paint)?,
-            Some(_) => png::write_rgb(&mut out, self.size(), &self.to_rgb())?,
+            None if request.look.is_plain() => self.write_rows(&mut out, paint)?,
+            _ => png::write_rgb(&mut out, self.size(), &self.to_rgb())?,
         }
         // Colours may lie in files as well.
         request.scene.check()

@@ -12,7 +12,7 @@ use planisphere_core::{
     camera::Region,
     cpu::Cpu,
     depth,
-    drawing::{Control, DrawError, Drawing},
+    drawing::{Control, Counts, DrawError, Drawing},
     exact::decide::Truth,
     pool::Later,
     text,
@@ -24,6 +24,7 @@ use crate::{
     bands::{BAND, PIECE, bands},
     engine::{AS_ASKED, Engine, PassedOver, host},
     picture::opaque,
+    pixels::{self, Pixels},
     source::Source,
     turns::{Turn, Turns},
 };
@@ -214,12 +215,13 @@ impl Renderer {
             }
         }
         self.with(request, &Control::new(), |engine, control| {
-            let drawing = drawn(engine, request, control)?;
-            finish(request, &drawing.ids, rgba, depth, control)?;
+            pixels::check(request)?;
+            let request = Request { ids: !ids.is_empty(), ..request.clone() };
+            let (drawn, _) = planes(engine, &request, rgba, depth, control)?;
             if !ids.is_empty() {
-                ids.copy_from_slice(&drawing.ids);
+                ids.copy_from_slice(&drawn);
             }
-            engine.lend(drawing.ids);
+            engine.lend(drawn);
             Ok(())
         })
     }
@@ -405,10 +407,15 @@ pub(crate) fn drawn(
     let drawing = engine.draw(scene.core(), &request.view(), *region);
     // Whatever came of numbers that were changed is worth nothing.
     scene.check()?;
-    drawing.map_err(|error| match error {
+    drawing.map_err(|error| device_error(engine, error))
+}
+
+/// Why a drawing failed.
+pub(crate) fn device_error(engine: &Engine, error: DrawError) -> Error {
+    match error {
         DrawError::Device(words) if engine.is_lost() => Error::DeviceLost { words },
         other => other.into(),
-    })
+    }
 }
 
 /// Colours and depths of ids, into memory that is there: of empty slices, none.
@@ -448,23 +455,27 @@ fn fill(
     control: &Control,
 ) -> Result<(), Error> {
     let begin = Instant::now();
+    pixels::check(request)?;
     check_memory(request, picture)?;
     let Picture { ids, rgba, mut depth, .. } = std::mem::take(picture);
-    // Colours are made when they are asked for: now, where the picture before was asked, or where
-    // they might be others later.
+    // Colours that follow from ids are made when they are asked for: now, where the picture before
+    // was asked, or where they might be others later.
     let known = rgba.into_inner();
-    let now = request.color && (known.is_some() || request.scene.is_watched());
+    let now = request.color && (known.is_some() || colors_now(request));
     let mut rgba = known.unwrap_or_default();
-    engine.lend(ids);
-    let Drawing { ids, counts, .. } = drawn(engine, request, control)?;
     let pixels = request.region.pixels();
     sized(&mut rgba, if now { pixels } else { 0 }, "colors")?;
     sized(&mut depth, if request.depth { pixels } else { 0 }, "depths")?;
-    if let Err(error) = finish(request, &ids, &mut rgba, &mut depth, control) {
-        // To give large planes back takes long: nobody waits for it.
-        drop((Later::from(ids), Later::from(rgba), Later::from(depth)));
-        return Err(error);
-    }
+    engine.lend(ids);
+    let planes = planes(engine, request, &mut rgba, &mut depth, control);
+    let (ids, counts) = match planes {
+        Ok(planes) => planes,
+        Err(error) => {
+            // To give large planes back takes long: nobody waits for it.
+            drop((Later::from(rgba), Later::from(depth)));
+            return Err(error);
+        }
+    };
     let rgba = if now { rgba.into() } else { OnceLock::new() };
     let by = engine.stood_in().map(ToOwned::to_owned);
     let (request, elapsed) = (Some(request.clone()), begin.elapsed());
@@ -472,6 +483,63 @@ fn fill(
     *picture = Picture { request, ids, rgba, depth, counts, elapsed, by, control, indices };
     Ok(())
 }
+
+/// Whether colours are made with the picture: they are more than what ids tell, or might be others
+/// later.
+fn colors_now(request: &Request) -> bool {
+    request.color && (!request.look.is_plain() || request.scene.is_watched())
+}
+
+/// Draws: ids, what was met, and into memory that is there colours and depths; of empty slices,
+/// none.
+fn planes(
+    engine: &mut Engine,
+    request: &Request,
+    rgba: &mut [[u8; 4]],
+    depths: &mut [f32],
+    control: &Control,
+) -> Result<(Vec<i32>, Counts), Error> {
+    let shaded = !rgba.is_empty() && !request.look.is_plain();
+    if !shaded {
+        let Drawing { ids, counts, .. } = drawn(engine, request, control)?;
+        return finished(request, ids, rgba, depths, control).map(|ids| (ids, counts));
+    }
+    let (samples, rest) = (control.part([0.0, SAMPLED]), control.part([SAMPLED, 1.0]));
+    let (mut of, mut ids) = (Pixels::new(request)?, Vec::new());
+    let wanted = request.ids || !depths.is_empty();
+    let with_samples = wanted && of.has_ids();
+    sized(&mut ids, if with_samples { request.region.pixels() } else { 0 }, "ids")?;
+    let met = of.draw(engine, request.region, &samples, rgba, &mut ids)?.counts;
+    if !wanted || with_samples {
+        return finished(request, ids, &mut [], depths, &rest).map(|ids| (ids, met));
+    }
+    let Drawing { ids, mut counts, .. } = drawn(engine, request, &rest)?;
+    counts.undecided += met.undecided;
+    counts.small += met.small;
+    counts.exact += met.exact;
+    finished(request, ids, &mut [], depths, &rest).map(|ids| (ids, counts))
+}
+
+/// Makes planes of ids, and gives these back.
+fn finished(
+    request: &Request,
+    ids: Vec<i32>,
+    rgba: &mut [[u8; 4]],
+    depths: &mut [f32],
+    control: &Control,
+) -> Result<Vec<i32>, Error> {
+    match finish(request, &ids, rgba, depths, control) {
+        Ok(()) => Ok(ids),
+        Err(error) => {
+            // To give large planes back takes long: nobody waits for it.
+            drop(Later::from(ids));
+            Err(error)
+        }
+    }
+}
+
+/// How much of a picture is done when its samples are resolved.
+const SAMPLED: f32 = 0.9;
 
 /// Makes a plane as long as the region has pixels. Fresh memory is not touched: that takes long for
 /// large planes, and is done where they are filled, by all threads.
@@ -495,7 +563,7 @@ pub(crate) fn sized<T: Copy + Default + Send + 'static>(
 /// process when it is used.
 fn check_memory(request: &Request, picture: &Picture) -> Result<(), Error> {
     let pixels = request.region.pixels() as u64;
-    let rgba = request.color && (picture.rgba.get().is_some() || request.scene.is_watched());
+    let rgba = request.color && (picture.rgba.get().is_some() || colors_now(request));
     let planes = 1 + u64::from(rgba) + u64::from(request.depth);
     let Picture { ids, depth, rgba, .. } = picture;
     let held = ids.capacity() + depth.capacity() + rgba.get().map_or(0, Vec::capacity);

@@ -5,27 +5,7 @@ use planisphere_core::{
     unseen,
 };
 
-use crate::{Camera, Error, Scene};
-
-/// What samples look like: the spheres' own colours on a background, which is black without.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Look {
-    pub(crate) background: [u8; 3],
-}
-
-impl Look {
-    /// Flat colours on black.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Another background, sRGB.
-    #[must_use]
-    pub fn background(self, srgb: [u8; 3]) -> Self {
-        Self { background: srgb, ..self }
-    }
-}
+use crate::{Camera, Error, Look, Scene};
 
 /// One picture to draw: owned, and cheap to clone. Made once; then only the camera changes.
 #[derive(Clone, Debug)]
@@ -36,6 +16,7 @@ pub struct Request {
     pub(crate) region: Region,
     pub(crate) look: Look,
     pub(crate) color: bool,
+    pub(crate) ids: bool,
     pub(crate) depth: bool,
 }
 
@@ -49,7 +30,7 @@ impl Request {
         let region = Region::whole(view.image);
         view.check(region)?;
         let (scene, look) = (scene.clone(), Look::default());
-        Ok(Self { scene, camera, size, region, look, color: true, depth: false })
+        Ok(Self { scene, camera, size, region, look, color: true, ids: true, depth: false })
     }
 
     /// The same from elsewhere.
@@ -84,6 +65,13 @@ impl Request {
     #[must_use]
     pub fn without_color(self) -> Self {
         Self { color: false, ..self }
+    }
+
+    /// Without ids, where colours are made without them: those of several samples a pixel are. It
+    /// saves the time of a picture of one sample; [`crate::Picture::hit`] finds nothing then.
+    #[must_use]
+    pub fn without_ids(self) -> Self {
+        Self { ids: false, ..self }
     }
 
     /// The scene.

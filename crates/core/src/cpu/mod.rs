@@ -99,6 +99,25 @@ impl fmt::Debug for Cpu {
     }
 }
 
+/// Where a region comes in a picture that is drawn in pieces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Bands of all pieces, see [`bands`].
+    pub bands: usize,
+    /// Whether none was drawn before.
+    pub first: bool,
+}
+
+/// Rows of a band of so many columns.
+fn band_rows(width: u32) -> usize {
+    (BAND / width as usize).max(SIDE) / SIDE * SIDE
+}
+
+/// In how many bands a region is drawn.
+pub fn bands(region: Region) -> usize {
+    (region.height as usize).div_ceil(band_rows(region.width.max(1)))
+}
+
 /// A scene as it is drawn: with its order, if there is one.
 #[derive(Clone, Copy)]
 struct Subject<'a> {
@@ -137,9 +156,9 @@ impl Cpu {
     /// To order costs about as much as to draw a few times, and of very many spheres a dozen times.
     /// It is worth that at once where a good part of the spheres all but coincide: then groups lie
     /// as a whole inside of other spheres, and equal ones are left out.
-    fn order(&self, scene: &Scene, bands: usize) -> Result<Option<Arc<Ordered>>, DrawError> {
-        let kept = scene.kept::<Kept>();
-        let before = kept.count();
+    fn order(&self, scene: &Scene, piece: Piece) -> Result<Option<Arc<Ordered>>, DrawError> {
+        let (kept, bands) = (scene.kept::<Kept>(), piece.bands);
+        let before = if piece.first { kept.count() } else { kept.counted().saturating_sub(1) };
         if scene.len() < self.effort.order {
             return Ok(None);
         }
@@ -178,6 +197,21 @@ impl Cpu {
         self.draw_as::<Exact>(scene, view, region)
     }
 
+    /// The same of a picture that is drawn in several pieces: all are one picture for what is found
+    /// of a scene that is drawn again.
+    ///
+    /// # Errors
+    /// As [`Cpu::draw`].
+    pub fn draw_piece(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+        piece: Piece,
+    ) -> Result<Drawing, DrawError> {
+        self.draw_in::<Exact>(scene, view, region, Some(piece))
+    }
+
     /// As [`Cpu::draw`], in a mode that the caller brings: ids may be [`crate::ids::UNDECIDED`] or
     /// wrong, as the mode has it.
     ///
@@ -189,9 +223,21 @@ impl Cpu {
         view: &View,
         region: Region,
     ) -> Result<Drawing, DrawError> {
+        self.draw_in::<M>(scene, view, region, None)
+    }
+
+    /// A region that is a piece of a picture, or by itself.
+    fn draw_in<M: Mode>(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        region: Region,
+        piece: Option<Piece>,
+    ) -> Result<Drawing, DrawError> {
         let mut drawing = Drawing::new(scene, view, region, std::mem::take(&mut self.lent))?;
+        let piece = piece.unwrap_or(Piece { bands: bands(region), first: true });
         pool::enter(|| {
-            let result = self.draw_into::<M>(scene, view, &mut drawing);
+            let result = self.draw_into::<M>(scene, view, &mut drawing, piece);
             if result.is_err() {
                 drop(Later::from(std::mem::take(&mut drawing.ids)));
             }
@@ -206,14 +252,15 @@ impl Cpu {
         scene: &Scene,
         view: &View,
         drawing: &mut Drawing,
+        piece: Piece,
     ) -> Result<(), DrawError> {
         let host = self.host;
         self.control.check()?;
         let truth = Truth::new(view, scene.bounds());
         let region = drawing.region;
-        let rows = (BAND / region.width as usize).max(SIDE) / SIDE * SIDE;
+        let rows = band_rows(region.width);
         let begun = host.now();
-        let ordered = self.order(scene, region.height.div_ceil(rows as u32) as usize)?;
+        let ordered = self.order(scene, piece)?;
         let crowded = ordered.is_some() && scene.kept::<Kept>().crowded(scene);
         let subject = Subject { scene, truth: &truth, ordered: ordered.as_deref(), crowded };
         drawing.times.prepare += host.since(begun);

@@ -19,10 +19,7 @@ use super::{
     decide::{Hit, Pixel, Tally, Truth},
     field::Element,
 };
-use crate::{
-    axes::{integer, least_exponent},
-    scene::Ball,
-};
+use crate::{axes::least_exponent, scene::Ball};
 
 /// Headlight levels: the cosine is at least `L / LEVELS`.
 pub const LEVELS: u32 = 256;

@@ -7,31 +7,18 @@
 //!
 //! Rows are compressed in bands. A band is one block with Huffman codes of its own. It ends on a
 //! whole byte with an empty stored block, as zlib's `Z_SYNC_FLUSH` does, so that bands that were
-//! compressed side by side follow one another in the stream. A stream is [`HEADER`], bands,
-//! [`LAST`], and the checksum of all rows.
+//! compressed side by side follow one another in the stream (`zlib.rs`).
 //!
 //! This module knows rows of pixels, and neither ids nor files. What it writes is read back in the
 //! tests by two decoders that are not ours.
 
-/// Begins a zlib stream (RFC 1950).
-pub(super) const HEADER: [u8; 2] = [0x78, 0x01];
-/// The last block: an empty one with the fixed codes.
-pub(super) const LAST: [u8; 2] = [3, 0];
+use crate::zlib::{
+    Adler, Bits, Code, DISTANCES, END, LONGEST, SYMBOLS, WINDOW, distance_code, length_code,
+    write_codes,
+};
 
-/// What follows three zero bits on the next whole byte: the lengths of an empty stored block.
-const FLUSH: [u8; 4] = [0, 0, 0xff, 0xff];
-/// Bytes before the current one that a copy can begin at.
-const WINDOW: usize = 1 << 15;
-/// Most bytes of a copy, which are whole pixels.
-const LONGEST: usize = 258;
 /// Most pixels of a copy.
 const MOST: usize = LONGEST / 3;
-/// Symbols of bytes, of a block's end, and of lengths.
-const SYMBOLS: usize = 286;
-/// Symbols of distances.
-const DISTANCES: usize = 30;
-/// The symbol of a block's end.
-const END: usize = 256;
 /// Places of [`Seen`] colours.
 const PLACES: usize = 1 << 11;
 
@@ -44,22 +31,7 @@ pub(super) struct Run {
     pub color: u32,
 }
 
-/// Adler-32 (RFC 1950) of bytes, and how many they are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Adler {
-    a: u64,
-    b: u64,
-    bytes: u64,
-}
-
 impl Adler {
-    const MODULUS: u64 = 65_521;
-
-    /// Of no bytes.
-    pub(super) const fn new() -> Self {
-        Self { a: 1, b: 0, bytes: 0 }
-    }
-
     /// Adds a row: a zero, which names its filter (none), and its runs.
     fn row(&mut self, runs: &[Run]) {
         // A row of 2^15 pixels adds less than 2^42, so that one remainder a row is enough.
@@ -76,22 +48,6 @@ impl Adler {
         }
         self.bytes += 1 + 3 * u64::from(start);
         (self.a, self.b) = (a % Self::MODULUS, b % Self::MODULUS);
-    }
-
-    /// Of these bytes and the next ones.
-    pub(super) fn then(self, next: Self) -> Self {
-        // What the next bytes began with, 1, is replaced by what is there after these.
-        let more = (self.a + Self::MODULUS - 1) % Self::MODULUS;
-        Self {
-            a: (next.a + more) % Self::MODULUS,
-            b: (self.b + next.b + next.bytes % Self::MODULUS * more) % Self::MODULUS,
-            bytes: self.bytes + next.bytes,
-        }
-    }
-
-    /// The checksum, as it ends a stream.
-    pub(super) fn bytes(self) -> [u8; 4] {
-        ((self.b << 16 | self.a) as u32).to_be_bytes()
     }
 }
 
@@ -275,10 +231,7 @@ impl Band {
             }
         }
         symbols.put(&mut bits, END);
-        bits.put(0, 3);
-        bits.align();
-        bits.bytes.extend_from_slice(&FLUSH);
-        (bits.bytes, self.adler)
+        (bits.flush(), self.adler)
     }
 }
 
@@ -315,244 +268,9 @@ impl Alike {
     }
 }
 
-/// A symbol and the bits after it.
-struct Coded {
-    symbol: usize,
-    extra: u64,
-    bits: u32,
-}
-
-/// A length from 3 to 258.
-fn length_code(length: usize) -> Coded {
-    let rest = length - 3;
-    if length == LONGEST {
-        Coded { symbol: 285, extra: 0, bits: 0 }
-    } else if rest < 8 {
-        Coded { symbol: 257 + rest, extra: 0, bits: 0 }
-    } else {
-        let bits = rest.ilog2() - 2;
-        let symbol = 257 + 4 * (bits as usize + 1) + (rest >> bits & 3);
-        Coded { symbol, extra: (rest & ((1 << bits) - 1)) as u64, bits }
-    }
-}
-
-/// A distance from 1 to 32768.
-fn distance_code(distance: usize) -> Coded {
-    let rest = distance - 1;
-    if rest < 4 {
-        return Coded { symbol: rest, extra: 0, bits: 0 };
-    }
-    let bits = rest.ilog2() - 1;
-    let symbol = 2 * (bits as usize + 1) + (rest >> bits & 1);
-    Coded { symbol, extra: (rest & ((1 << bits) - 1)) as u64, bits }
-}
-
-/// A canonical Huffman code.
-struct Code {
-    /// Bits of each symbol's code; 0 where it has none.
-    lengths: Vec<u8>,
-    /// With the first bit lowest.
-    codes: Vec<u16>,
-}
-
-impl Code {
-    /// For symbols that occur so often, of at most so many bits.
-    fn new(times: &[u32], most: u8) -> Self {
-        let lengths = code_lengths(times, most);
-        let mut count = [0; 16];
-        for &length in lengths.iter().filter(|&&length| length > 0) {
-            count[usize::from(length)] += 1;
-        }
-        let (mut next, mut code) = ([0u16; 16], 0);
-        for length in 1..16 {
-            code = (code + count[length - 1]) << 1;
-            next[length] = code;
-        }
-        let code = |&length: &u8| match length {
-            0 => 0,
-            _ => {
-                let code = next[usize::from(length)];
-                next[usize::from(length)] += 1;
-                code.reverse_bits() >> (16 - length)
-            }
-        };
-        Self { codes: lengths.iter().map(code).collect(), lengths }
-    }
-
-    /// The code of a symbol with the bits after it, and how many bits these are.
-    fn with(&self, coded: &Coded) -> (u64, u32) {
-        let length = u32::from(self.lengths[coded.symbol]);
-        (u64::from(self.codes[coded.symbol]) | coded.extra << length, length + coded.bits)
-    }
-
-    /// Writes a symbol's code.
-    fn put(&self, bits: &mut Bits, symbol: usize) {
-        bits.put(self.codes[symbol].into(), self.lengths[symbol].into());
-    }
-}
-
-/// The lengths of Huffman's code. Where one is too long, all numbers are made more alike until none
-/// is.
-fn code_lengths(times: &[u32], most: u8) -> Vec<u8> {
-    let mut lengths = vec![0; times.len()];
-    let used = times.iter().zip(0..).filter(|(times, _)| **times > 0);
-    let mut leaves: Vec<(u64, usize)> =
-        used.map(|(&times, symbol)| (u64::from(times), symbol)).collect();
-    if leaves.len() <= 2 {
-        leaves.iter().for_each(|&(_, symbol)| lengths[symbol] = 1);
-        return lengths;
-    }
-    loop {
-        leaves.sort_unstable();
-        // The leaves, and then the nodes above them in the order in which they are made: both rise.
-        let n = leaves.len();
-        let mut weights: Vec<u64> = leaves.iter().map(|&(times, _)| times).collect();
-        let mut parents = vec![0; 2 * n - 1];
-        let (mut leaf, mut node) = (0, n);
-        for new in n..2 * n - 1 {
-            let mut sum = 0;
-            for _ in 0..2 {
-                let leaf_next = leaf < n && (node == new || weights[leaf] <= weights[node]);
-                let next = if leaf_next { &mut leaf } else { &mut node };
-                sum += weights[*next];
-                parents[*next] = new;
-                *next += 1;
-            }
-            weights.push(sum);
-        }
-        let mut depths = vec![0u8; 2 * n - 1];
-        for node in (0..2 * n - 2).rev() {
-            depths[node] = depths[parents[node]] + 1;
-        }
-        if depths[..n].iter().all(|&depth| depth <= most) {
-            leaves.iter().zip(depths).for_each(|(&(_, symbol), depth)| lengths[symbol] = depth);
-            return lengths;
-        }
-        leaves.iter_mut().for_each(|(times, _)| *times = *times / 2 + 1);
-    }
-}
-
-/// Writes the lengths of both codes, which are coded themselves.
-fn write_codes(bits: &mut Bits, symbols: &[u8], distances: &[u8]) {
-    /// In this order the lengths of that third code are written.
-    const ORDER: [usize; 19] = [16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15];
-    let used =
-        |lengths: &[u8]| lengths.iter().rposition(|&length| length > 0).map_or(1, |last| last + 1);
-    let (symbols, distances) =
-        (&symbols[..used(symbols).max(END + 1)], &distances[..used(distances)]);
-    let all = [symbols, distances].concat();
-    // A length is its own symbol; 16 is the one before again, 17 and 18 are zeros.
-    let mut steps = Vec::new();
-    for same in all.chunk_by(|a, b| a == b) {
-        let (length, mut left) = (usize::from(same[0]), same.len());
-        if length > 0 {
-            steps.push(Coded { symbol: length, extra: 0, bits: 0 });
-            left -= 1;
-        }
-        while left >= 3 {
-            let (symbol, least, most, bits) = match (length, left) {
-                (0, 11..) => (18, 11, 138, 7),
-                (0, _) => (17, 3, 10, 3),
-                _ => (16, 3, 6, 2),
-            };
-            let now = left.min(most);
-            left -= now;
-            steps.push(Coded { symbol, extra: (now - least) as u64, bits });
-        }
-        steps.extend((0..left).map(|_| Coded { symbol: length, extra: 0, bits: 0 }));
-    }
-    let mut times = [0; ORDER.len()];
-    steps.iter().for_each(|step| times[step.symbol] += 1);
-    let code = Code::new(&times, 7);
-    let count = ORDER
-        .iter()
-        .rposition(|&symbol| code.lengths[symbol] > 0)
-        .map_or(4, |last| 4.max(last + 1));
-    bits.put((symbols.len() - END - 1) as u64, 5);
-    bits.put((distances.len() - 1) as u64, 5);
-    bits.put((count - 4) as u64, 4);
-    ORDER[..count].iter().for_each(|&symbol| bits.put(code.lengths[symbol].into(), 3));
-    for step in &steps {
-        let (all, count) = code.with(step);
-        bits.put(all, count);
-    }
-}
-
-/// Bits in bytes, the first lowest.
-struct Bits {
-    bytes: Vec<u8>,
-    waiting: u64,
-    /// How many wait: less than 32.
-    count: u32,
-}
-
-impl Bits {
-    fn with_capacity(bytes: usize) -> Self {
-        Self { bytes: Vec::with_capacity(bytes), waiting: 0, count: 0 }
-    }
-
-    /// Adds up to 32 bits: a code of 15 and the 13 after it are 28.
-    fn put(&mut self, bits: u64, count: u32) {
-        self.waiting |= bits << self.count;
-        self.count += count;
-        if self.count >= 32 {
-            self.bytes.extend_from_slice(&(self.waiting as u32).to_le_bytes());
-            self.waiting >>= 32;
-            self.count -= 32;
-        }
-    }
-
-    /// Fills the last byte with zeros.
-    fn align(&mut self) {
-        let whole = self.count.div_ceil(8) as usize;
-        self.bytes.extend_from_slice(&self.waiting.to_le_bytes()[..whole]);
-        (self.waiting, self.count) = (0, 0);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The lengths that RFC 1951 (3.2.5) lists: symbol, bits after it, least length.
-    #[test]
-    fn lengths_and_distances_have_the_symbols_of_the_standard() {
-        let lengths =
-            [(257, 0, 3), (264, 0, 10), (265, 1, 11), (268, 1, 17), (269, 2, 19), (273, 3, 35)];
-        let more = [(277, 4, 67), (281, 5, 131), (284, 5, 227), (285, 0, 258)];
-        for (symbol, bits, least) in lengths.into_iter().chain(more) {
-            let coded = length_code(least);
-            assert_eq!((coded.symbol, coded.bits, coded.extra), (symbol, bits, 0), "{least}");
-        }
-        assert_eq!((length_code(257).symbol, length_code(257).extra), (284, 30));
-        let distances =
-            [(0, 0, 1), (3, 0, 4), (4, 1, 5), (5, 1, 7), (6, 2, 9), (16, 7, 257), (29, 13, 24_577)];
-        for (symbol, bits, least) in distances {
-            let coded = distance_code(least);
-            assert_eq!((coded.symbol, coded.bits, coded.extra), (symbol, bits, 0), "{least}");
-        }
-        assert_eq!(
-            (distance_code(WINDOW).symbol, distance_code(WINDOW).extra),
-            (29, (1 << 13) - 1)
-        );
-    }
-
-    /// Numbers as Fibonacci's give the longest codes.
-    #[test]
-    fn codes_are_full_and_short_enough() {
-        let fibonacci =
-            std::iter::successors(Some((1u32, 1u32)), |&(a, b)| Some((b, a + b))).map(|(a, _)| a);
-        for (symbols, most) in [(30, 15), (19, 7), (40, 15), (3, 7), (286, 15)] {
-            let times: Vec<u32> =
-                fibonacci.clone().take(40).chain(std::iter::repeat(1)).take(symbols).collect();
-            let lengths = code_lengths(&times, most);
-            assert!(lengths.iter().all(|length| (1..=most).contains(length)), "{lengths:?}");
-            let room: u32 = lengths.iter().map(|length| 1 << (15 - length)).sum();
-            assert_eq!(room, 1 << 15, "{symbols} symbols: Kraft's sum is 1");
-        }
-        assert_eq!(code_lengths(&[0, 9, 0], 15), [0, 1, 0]);
-        assert_eq!(code_lengths(&[4, 9, 0], 15), [1, 1, 0]);
-    }
 
     #[test]
     fn sums_of_runs_are_sums_of_bytes() {

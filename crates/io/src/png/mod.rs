@@ -8,6 +8,7 @@
 //! numbers.
 
 mod deflate;
+mod rows;
 
 use std::{
     fmt,
@@ -15,12 +16,15 @@ use std::{
     ops::Range,
 };
 
-use png::{
-    BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, Writer, chunk::IDAT,
-};
+use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter};
 use rayon::prelude::*;
 
-use self::deflate::{Adler, Band, Run};
+pub(crate) use self::rows::{Bands, Rows, into_io, invalid};
+use self::{
+    deflate::{Band, Run},
+    rows::CHUNK,
+};
+use crate::zlib::Adler;
 use planisphere_core::{
     camera::{MAX_SIDE, Region},
     depth::PlaneError,
@@ -30,14 +34,8 @@ use planisphere_image::Paint;
 /// Pixels of a band of rows. The bytes of files depend on it, and on nothing else here.
 const BAND: usize = 1 << 16;
 
-/// Bands that are compressed before they are written.
-const BANDS: usize = 256;
-
 /// Pixels of a picture with a palette that are packed at a time.
 const PACKED: usize = 1 << 20;
-
-/// Bytes of an image data chunk, about.
-const CHUNK: usize = 1 << 18;
 
 /// Why a picture has no palette.
 #[derive(Debug, thiserror::Error)]
@@ -82,13 +80,13 @@ pub fn write_rgb(
         let words = format!("{} pixels are no picture of {width} x {height}", pixels.len());
         return Err(invalid(words));
     }
-    let mut rows = Rows::new(out, [width, height], Rgb)?;
+    let mut rows = begin(out, [width, height], Rgb)?;
     rows.take(pixels)?;
     rows.finish()
 }
 
 /// A picture that comes in rows, some at a time, as RGB: the same file as [`write_png`]'s.
-pub struct PngRows<'a, W: Write>(Rows<W, Paint<'a>>);
+pub struct PngRows<'a, W: Write>(Rows<W, Runs<Paint<'a>>>);
 
 impl<'a, W: Write> PngRows<'a, W> {
     /// Begins the picture of a region.
@@ -96,7 +94,7 @@ impl<'a, W: Write> PngRows<'a, W> {
     /// # Errors
     /// The writer's.
     pub fn new(out: W, region: Region, paint: Paint<'a>) -> io::Result<Self> {
-        Rows::new(out, [region.width, region.height], paint).map(Self)
+        begin(out, [region.width, region.height], paint).map(Self)
     }
 
     /// Takes the ids of the next rows.
@@ -105,7 +103,7 @@ impl<'a, W: Write> PngRows<'a, W> {
     /// The writer's; of the kind `InvalidInput` when an id is none of the scene's spheres,
     /// a row is not whole, or there are more rows than the region has.
     pub fn push(&mut self, ids: &[i32]) -> io::Result<()> {
-        self.0.source.check(ids).map_err(invalid)?;
+        self.0.bands.0.check(ids).map_err(invalid)?;
         self.0.take(ids)
     }
 
@@ -120,11 +118,7 @@ impl<'a, W: Write> PngRows<'a, W> {
 
 impl<W: Write> fmt::Debug for PngRows<'_, W> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Rows { width, missing, .. } = self.0;
-        f.debug_struct("PngRows")
-            .field("width", &width)
-            .field("missing", &missing)
-            .finish_non_exhaustive()
+        f.debug_tuple("PngRows").field(&self.0).finish()
     }
 }
 
@@ -163,108 +157,33 @@ impl Source for Rgb {
     }
 }
 
-/// A picture as RGB, whose pixels come in rows.
-struct Rows<W: Write, S: Source> {
-    writer: Writer<W>,
-    source: S,
-    width: usize,
-    /// Rows that are still to come.
-    missing: usize,
-    /// The last row that was compressed; empty before the first.
-    above: Vec<S::Pixel>,
-    /// Rows after it that make no band yet.
-    held: Vec<S::Pixel>,
-    /// What is to be written.
-    bytes: Vec<u8>,
-    adler: Adler,
+/// Pixels as runs of one colour.
+struct Runs<S>(S);
+
+impl<S: Source> Bands for Runs<S> {
+    type Pixel = S::Pixel;
+
+    fn compress(&self, above: &[S::Pixel], rows: &[S::Pixel], width: usize) -> (Vec<u8>, Adler) {
+        let mut band = Band::new(width, colored(&self.0, above, Vec::new()));
+        let mut runs = Vec::new();
+        for row in rows.chunks_exact(width) {
+            runs = band.row(colored(&self.0, row, runs));
+        }
+        band.finish()
+    }
 }
 
-impl<W: Write, S: Source> Rows<W, S> {
-    fn new(out: W, [width, height]: [u32; 2], source: S) -> io::Result<Self> {
-        let mut encoder = Encoder::new(out, width, height);
-        encoder.set_color(ColorType::Rgb);
-        encoder.set_depth(BitDepth::Eight);
-        Ok(Self {
-            writer: encoder.write_header().map_err(into_io)?,
-            source,
-            width: width as usize,
-            missing: height as usize,
-            above: Vec::new(),
-            held: Vec::new(),
-            bytes: deflate::HEADER.into(),
-            adler: Adler::new(),
-        })
-    }
-
-    /// Takes the next rows.
-    fn take(&mut self, mut pixels: &[S::Pixel]) -> io::Result<()> {
-        let (count, width) = (pixels.len(), self.width);
-        if !count.is_multiple_of(width) {
-            return Err(invalid(format!("{count} ids are no whole rows of {width} pixels")));
-        }
-        let rows = count / width;
-        let Some(missing) = self.missing.checked_sub(rows) else {
-            return Err(invalid(format!("{rows} rows come where {} are missing", self.missing)));
-        };
-        self.missing = missing;
-        let band = (BAND / self.width).max(1) * self.width;
-        if !self.held.is_empty() {
-            let (now, later) = pixels.split_at(count.min(band - self.held.len()));
-            self.held.extend_from_slice(now);
-            pixels = later;
-            if self.held.len() < band && self.missing > 0 {
-                return Ok(());
-            }
-            let held = std::mem::take(&mut self.held);
-            self.compress(&held, band)?;
-        }
-        // Only the last band of a picture may be shorter.
-        let whole = if self.missing == 0 { pixels.len() } else { pixels.len() / band * band };
-        self.compress(&pixels[..whole], band)?;
-        self.held.extend_from_slice(&pixels[whole..]);
-        Ok(())
-    }
-
-    /// Compresses bands of so many pixels, side by side, and writes them.
-    fn compress(&mut self, pixels: &[S::Pixel], band: usize) -> io::Result<()> {
-        let (width, source) = (self.width, self.source);
-        for pixels in pixels.chunks(BANDS * band) {
-            let above = &self.above;
-            let bands = pixels.par_chunks(band).enumerate().map(|(k, rows)| {
-                let before =
-                    if k == 0 { above.as_slice() } else { &pixels[k * band - width..k * band] };
-                compress(&source, before, rows, width)
-            });
-            for (bytes, adler) in bands.collect::<Vec<_>>() {
-                self.adler = self.adler.then(adler);
-                self.bytes.extend(bytes);
-                if self.bytes.len() >= CHUNK {
-                    self.write()?;
-                }
-            }
-            self.above.clear();
-            self.above.extend_from_slice(&pixels[pixels.len() - width..]);
-        }
-        Ok(())
-    }
-
-    /// Writes a chunk.
-    fn write(&mut self) -> io::Result<()> {
-        self.writer.write_chunk(IDAT, &self.bytes).map_err(into_io)?;
-        self.bytes.clear();
-        Ok(())
-    }
-
-    /// Ends the file, after all of its rows.
-    fn finish(mut self) -> io::Result<()> {
-        if self.missing > 0 {
-            return Err(invalid(format!("{} rows are missing", self.missing)));
-        }
-        self.bytes.extend(deflate::LAST);
-        self.bytes.extend(self.adler.bytes());
-        self.write()?;
-        self.writer.finish().map_err(into_io)
-    }
+/// Begins a picture as RGB.
+fn begin<W: Write, S: Source>(
+    out: W,
+    [width, height]: [u32; 2],
+    source: S,
+) -> io::Result<Rows<W, Runs<S>>> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    let writer = encoder.write_header().map_err(into_io)?;
+    Ok(Rows::new(writer, [width, height], Runs(source), BAND))
 }
 
 /// Writes the picture of a region's ids, as indices of a palette.
@@ -317,34 +236,6 @@ fn checked(paint: &Paint, region: Region, ids: &[i32]) -> io::Result<()> {
         return Err(invalid(PlaneError::Length { ids: ids.len(), region }));
     }
     paint.check(ids).map_err(invalid)
-}
-
-/// What is wrong with ids, as an error of a writer.
-fn invalid(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidInput, error)
-}
-
-/// The writer's own errors as they are.
-fn into_io(error: EncodingError) -> io::Error {
-    match error {
-        EncodingError::IoError(error) => error,
-        other => io::Error::other(other),
-    }
-}
-
-/// Some rows as one band, below another row or none.
-fn compress<S: Source>(
-    source: &S,
-    above: &[S::Pixel],
-    rows: &[S::Pixel],
-    width: usize,
-) -> (Vec<u8>, Adler) {
-    let mut band = Band::new(width, colored(source, above, Vec::new()));
-    let mut runs = Vec::new();
-    for row in rows.chunks_exact(width) {
-        runs = band.row(colored(source, row, runs));
-    }
-    band.finish()
 }
 
 /// The runs of one colour, in memory that is there.

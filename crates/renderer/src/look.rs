@@ -1,0 +1,320 @@
+//! What a picture looks like, as it is asked for.
+
+use planisphere_core::{axes::Axes, camera::View, scene::Bounds};
+use planisphere_image::look::{self, Between, Outline, Shade, Space};
+
+use crate::Error;
+
+/// The part of the light that comes from everywhere, without another wish, of 255.
+const AMBIENT: u8 = 51;
+/// How much hidden spheres are darkened, without another wish, of 255.
+const STRENGTH: u8 = 230;
+/// Samples a side of a pixel of what is not flat, without another wish.
+const SAMPLES: u32 = 4;
+/// Pixels of a line, without another wish.
+const LINE: f64 = 1.5;
+
+/// What samples look like, and how they become pixels: flat colours on black without.
+///
+/// ```
+/// # use planisphere_renderer as planisphere;
+/// let look = planisphere::Look::matte().background([255; 3]).depth_cue();
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Look {
+    kind: Kind,
+    pub(crate) background: [u8; 3],
+    transparent: bool,
+    aa: Option<u32>,
+    space: Space,
+    ambient: Option<u8>,
+    strength: Option<u8>,
+    cue: Option<Cue>,
+    outline: Option<Line>,
+}
+
+/// The looks that have a name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Kind {
+    #[default]
+    Flat,
+    Matte,
+    Soft,
+    Illustrative,
+}
+
+/// Where colours go over into the background's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cue {
+    /// Along the scene.
+    Scene,
+    /// Between two depths.
+    Between([f64; 2]),
+}
+
+/// Wishes about lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Line {
+    width: Option<f64>,
+    color: [u8; 3],
+    between: Between,
+    jump: Option<f64>,
+}
+
+/// A part from 0 to 1 as an integer of 255.
+fn part(what: &'static str, part: f64) -> Result<u8, Error> {
+    if (0.0..=1.0).contains(&part) {
+        return Ok((255.0 * part + 0.5) as u8);
+    }
+    Err(Error::Look { what, words: format!("is {part}; give 0 to 1") })
+}
+
+impl Look {
+    /// Names of the looks.
+    pub const NAMES: [&str; 4] = ["flat", "matte", "soft", "illustrative"];
+
+    /// Flat colours on black.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The spheres' own colours, one sample a pixel.
+    pub fn flat() -> Self {
+        Self::default()
+    }
+
+    /// Shaded by a light at the eye.
+    pub fn matte() -> Self {
+        Self { kind: Kind::Matte, ..Self::default() }
+    }
+
+    /// Shaded by how open each sphere is to the space around, from every side.
+    pub fn soft() -> Self {
+        Self { kind: Kind::Soft, ..Self::default() }
+    }
+
+    /// Flat colours, with lines where what is seen changes, and a depth cue.
+    pub fn illustrative() -> Self {
+        let (cue, outline) = (Some(Cue::Scene), Some(Line::default()));
+        Self { kind: Kind::Illustrative, cue, outline, ..Self::default() }
+    }
+
+    /// A look by its name.
+    ///
+    /// # Errors
+    /// When it is none of [`Look::NAMES`].
+    pub fn named(name: &str) -> Result<Self, Error> {
+        Ok(match name {
+            "flat" => Self::flat(),
+            "matte" => Self::matte(),
+            "soft" => Self::soft(),
+            "illustrative" => Self::illustrative(),
+            _ => {
+                let words = format!("\"{name}\" is none; give {}", Self::NAMES.join(", "));
+                return Err(Error::Look { what: "the look", words });
+            }
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        Self::NAMES[self.kind as usize]
+    }
+
+    /// Another background, sRGB.
+    #[must_use]
+    pub fn background(self, srgb: [u8; 3]) -> Self {
+        Self { background: srgb, ..self }
+    }
+
+    /// A background that is seen through: alpha is the part of a pixel's samples that show spheres
+    /// or lines.
+    #[must_use]
+    pub fn transparent(self) -> Self {
+        Self { transparent: true, ..self }
+    }
+
+    /// So many samples a side of each pixel, of which the mean is taken. Flat colours have 1
+    /// without, all other looks 4.
+    ///
+    /// # Errors
+    /// When it is none of 1, 2, 4, 8 and 16.
+    pub fn aa(self, samples: u32) -> Result<Self, Error> {
+        if matches!(samples, 1 | 2 | 4 | 8 | 16) {
+            return Ok(Self { aa: Some(samples), ..self });
+        }
+        let words = format!("is {samples}; give 1, 2, 4, 8 or 16");
+        Err(Error::Look { what: "aa", words })
+    }
+
+    /// Means of sRGB bytes instead of linear light.
+    #[must_use]
+    pub fn encoded(self) -> Self {
+        Self { space: Space::Encoded, ..self }
+    }
+
+    /// The part of the light, 0 to 1, that comes from everywhere: of [`Look::matte`].
+    ///
+    /// # Errors
+    /// When it is none.
+    pub fn ambient(self, light: f64) -> Result<Self, Error> {
+        Ok(Self { ambient: Some(part("ambient", light)?), ..self })
+    }
+
+    /// How much hidden spheres are darkened, 0 to 1: of [`Look::soft`].
+    ///
+    /// # Errors
+    /// When it is none.
+    pub fn occlusion_strength(self, strength: f64) -> Result<Self, Error> {
+        Ok(Self { strength: Some(part("occlusion_strength", strength)?), ..self })
+    }
+
+    /// Colours go over into the background's along the scene.
+    #[must_use]
+    pub fn depth_cue(self) -> Self {
+        Self { cue: Some(Cue::Scene), ..self }
+    }
+
+    /// Colours go over into the background's between two depths, in world units along the view.
+    ///
+    /// # Errors
+    /// When these are not two finite numbers of which the first is less.
+    pub fn depth_cue_between(self, depths: [f64; 2]) -> Result<Self, Error> {
+        let [near, far] = depths;
+        if near.is_finite() && far.is_finite() && near < far {
+            return Ok(Self { cue: Some(Cue::Between(depths)), ..self });
+        }
+        let words = format!("is {near} to {far}; give two numbers, the nearer depth first");
+        Err(Error::Look { what: "depth_cue", words })
+    }
+
+    /// Without one.
+    #[must_use]
+    pub fn no_depth_cue(self) -> Self {
+        Self { cue: None, ..self }
+    }
+
+    fn line(self, change: impl FnOnce(&mut Line)) -> Self {
+        let mut line = self.outline.unwrap_or_default();
+        change(&mut line);
+        Self { outline: Some(line), ..self }
+    }
+
+    /// Lines so many pixels wide where what is seen changes and lies apart.
+    ///
+    /// # Errors
+    /// When the width is not above 0, or above 1000.
+    pub fn outline(self, width: f64) -> Result<Self, Error> {
+        if width > 0.0 && width <= Outline::MAX_WIDTH {
+            return Ok(self.line(|line| line.width = Some(width)));
+        }
+        let words =
+            format!("is {width} pixels; give a width above 0, up to {}", Outline::MAX_WIDTH);
+        Err(Error::Look { what: "outline", words })
+    }
+
+    /// Without lines.
+    #[must_use]
+    pub fn no_outline(self) -> Self {
+        Self { outline: None, ..self }
+    }
+
+    /// Lines of another colour than black, sRGB.
+    #[must_use]
+    pub fn outline_color(self, srgb: [u8; 3]) -> Self {
+        self.line(|line| line.color = srgb)
+    }
+
+    /// Lines between all spheres.
+    #[must_use]
+    pub fn outline_spheres(self) -> Self {
+        self.line(|line| line.between = Between::Spheres)
+    }
+
+    /// Lines also between spheres of different groups ([`crate::Scene::grouped`]).
+    #[must_use]
+    pub fn outline_groups(self) -> Self {
+        self.line(|line| line.between = Between::Groups)
+    }
+
+    /// How far apart, in world units, what is seen must lie for a line; the radius of the nearer
+    /// sphere without.
+    ///
+    /// # Errors
+    /// When it is no finite number, or below 0.
+    pub fn outline_jump(self, length: f64) -> Result<Self, Error> {
+        if length.is_finite() && length >= 0.0 {
+            return Ok(self.line(|line| line.jump = Some(length)));
+        }
+        let words = format!("is {length}; give a length of 0 or more");
+        Err(Error::Look { what: "outline_jump", words })
+    }
+
+    /// Whether the background is seen through.
+    pub fn is_transparent(&self) -> bool {
+        self.transparent
+    }
+
+    /// Samples a side of a pixel.
+    pub fn samples(&self) -> u32 {
+        self.aa.unwrap_or(if self.kind == Kind::Flat { 1 } else { SAMPLES })
+    }
+
+    /// Whether lines go by groups.
+    pub(crate) fn needs_groups(&self) -> bool {
+        self.outline.is_some_and(|line| line.between == Between::Groups)
+    }
+
+    /// Whether openness is shaded.
+    pub(crate) fn needs_openness(&self) -> bool {
+        self.kind == Kind::Soft
+    }
+
+    /// Whether colours follow from the ids of pixels alone.
+    pub(crate) fn is_plain(&self) -> bool {
+        let Self { kind, transparent, cue, outline, .. } = self;
+        let shaded = matches!(kind, Kind::Matte | Kind::Soft);
+        let more = *transparent || cue.is_some() || outline.is_some();
+        !shaded && !more && self.samples() == 1
+    }
+
+    /// In numbers, for a view of a scene.
+    pub(crate) fn resolved(&self, view: &View, bounds: &Bounds) -> look::Look {
+        let cue = self.cue.map(|cue| match cue {
+            Cue::Between(depths) => depths,
+            Cue::Scene => along(view, bounds),
+        });
+        let outline = self.outline.map(|line| Outline {
+            width: line.width.unwrap_or(LINE),
+            color: line.color,
+            between: line.between,
+            jump: line.jump,
+        });
+        look::Look {
+            background: self.background,
+            transparent: self.transparent,
+            aa: self.samples(),
+            space: self.space,
+            shade: match self.kind {
+                Kind::Flat | Kind::Illustrative => Shade::Flat,
+                Kind::Matte => Shade::Matte { ambient: self.ambient.unwrap_or(AMBIENT) },
+                Kind::Soft => Shade::Soft { strength: self.strength.unwrap_or(STRENGTH) },
+            },
+            cue,
+            outline,
+        }
+    }
+}
+
+/// Depths between which a scene goes over into the background: from where its box begins, to as far
+/// behind its middle again as that box reaches.
+fn along(view: &View, bounds: &Bounds) -> [f64; 2] {
+    let forward = Axes::new(view.camera.view, view.camera.up).forward.nearest();
+    let middle = 0.5 * bounds.min_center + 0.5 * bounds.max_center;
+    let half = 0.5 * bounds.max_center - 0.5 * bounds.min_center;
+    let depth = (middle - view.camera.origin).dot(forward);
+    let reach = half.dot(forward.abs()) + bounds.max_radius;
+    let [near, far] = [depth - reach, depth + 2.0 * reach];
+    // Beyond what f64 hold: all of it.
+    if near.is_finite() && far.is_finite() && near < far { [near, far] } else { [0.0, f64::MAX] }
+}

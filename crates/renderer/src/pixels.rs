@@ -1,0 +1,150 @@
+//! Pixels of a look that takes more than ids: samples are drawn piece by piece, and resolved.
+
+use planisphere_core::{
+    camera::{MAX_SIDE, Region, View},
+    cpu::{self, Piece},
+    drawing::{Control, Counts, Times},
+    exact::decide::Truth,
+};
+use planisphere_image::{
+    look,
+    resolve::{Columns, Resolver},
+};
+
+use crate::{Error, Request, engine::Engine, renderer::device_error};
+
+/// Samples that are drawn at a time, about.
+const SAMPLES: u32 = 4 << 20;
+/// A piece is of so many rows of samples, or a multiple, where it is not more than that: tiles are
+/// not cut.
+const TILE: u32 = 64;
+
+/// What drawing samples has met.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Spent {
+    pub counts: Counts,
+    pub times: Times,
+}
+
+/// Makes the pixels of requests that differ in their regions alone.
+pub(crate) struct Pixels<'a> {
+    request: &'a Request,
+    look: look::Look,
+    view: View,
+    truth: Truth,
+    /// Bands of all that is drawn, and whether any was.
+    bands: usize,
+    begun: bool,
+}
+
+impl<'a> Pixels<'a> {
+    /// Of a request, whose region is the whole of what will be drawn.
+    pub fn new(request: &'a Request) -> Result<Self, Error> {
+        let (core, of_pixels) = (request.scene.core(), request.view());
+        let look = request.look.resolved(&of_pixels, &core.bounds());
+        let view = look.samples(&of_pixels);
+        let truth = Truth::new(&view, core.bounds());
+        let mut all = Self { request, look, view, truth, bands: 0, begun: false };
+        let resolver = all.resolver();
+        let pieces = all.pieces(request.region);
+        all.bands = pieces.iter().map(|piece| cpu::bands(resolver.samples(*piece))).sum();
+        Ok(all)
+    }
+
+    fn resolver(&self) -> Resolver<'_> {
+        Resolver::new(self.request.scene.core(), &self.truth, &self.look, Columns::default())
+    }
+
+    /// Pieces of a region, of about [`SAMPLES`] samples each.
+    fn pieces(&self, region: Region) -> Vec<Region> {
+        let (n, around) = (self.view.per_pixel, 2 * self.view.margin);
+        let across = region.width.min((MAX_SIDE - around) / n);
+        let rows = (SAMPLES / (across * n + around)).saturating_sub(around).max(1);
+        let rows = if rows >= TILE { rows / TILE * TILE } else { rows };
+        let down = (rows / n).max(1);
+        let mut pieces = Vec::new();
+        for y in (region.y..region.y + region.height).step_by(down as usize) {
+            for x in (region.x..region.x + region.width).step_by(across as usize) {
+                let width = across.min(region.x + region.width - x);
+                let height = down.min(region.y + region.height - y);
+                pieces.push(Region { x, y, width, height });
+            }
+        }
+        pieces
+    }
+
+    /// Whether samples are the middles of pixels, so that their ids are those of the picture.
+    pub fn has_ids(&self) -> bool {
+        self.view.per_pixel == 1
+    }
+
+    /// Draws the pixels of a region: sRGB and straight alpha. And its ids, unless `ids` is empty:
+    /// only where [`Pixels::has_ids`].
+    pub fn draw(
+        &mut self,
+        engine: &mut Engine,
+        region: Region,
+        control: &Control,
+        to: &mut [[u8; 4]],
+        ids: &mut [i32],
+    ) -> Result<Spent, Error> {
+        let mut spent = Spent::default();
+        let scene = &self.request.scene;
+        let pieces = self.pieces(region);
+        let mut part = Vec::new();
+        let mut done = 0;
+        for piece in pieces {
+            scene.check()?;
+            let share = [done, done + piece.pixels()].map(|n| n as f32 / region.pixels() as f32);
+            engine.controlled_by(&control.part(share));
+            let resolver = self.resolver();
+            let samples = resolver.samples(piece);
+            let of = Piece { bands: self.bands, first: !self.begun };
+            let drawn = engine.draw_piece(scene.core(), &self.view, samples, of);
+            let drawing = drawn.map_err(|error| device_error(engine, error))?;
+            scene.check()?;
+            control.check()?;
+            let start = (piece.y - region.y) as usize * region.width as usize;
+            debug_assert!(ids.is_empty() || self.has_ids());
+            if piece.width == region.width {
+                let to = &mut to[start..start + piece.pixels()];
+                resolver.pixels(piece, &drawing.ids, to)?;
+            } else {
+                part.resize(piece.pixels(), [0; 4]);
+                resolver.pixels(piece, &drawing.ids, &mut part)?;
+                let (aside, width) = ((piece.x - region.x) as usize, piece.width as usize);
+                let rows = to[start..].chunks_mut(region.width as usize);
+                for (to, from) in rows.zip(part.chunks(width)) {
+                    to[aside..aside + width].copy_from_slice(from);
+                }
+            }
+            if !ids.is_empty() {
+                let rows = drawing.ids.chunks(samples.width as usize);
+                let (margin, aside) = (self.view.margin as usize, (piece.x - region.x) as usize);
+                let rows = rows.skip(margin).take(piece.height as usize);
+                for (to, from) in ids[start..].chunks_mut(region.width as usize).zip(rows) {
+                    let width = piece.width as usize;
+                    to[aside..aside + width].copy_from_slice(&from[margin..margin + width]);
+                }
+            }
+            self.begun = true;
+            spent.counts.add(&drawing.counts);
+            spent.times.add(&drawing.times);
+            engine.lend(drawing.ids);
+            done += piece.pixels();
+        }
+        Ok(spent)
+    }
+}
+
+/// Refuses a look for which something is missing.
+///
+/// # Errors
+/// When lines go by groups, and the scene has none.
+pub(crate) fn check(request: &Request) -> Result<(), Error> {
+    if request.look.needs_groups() {
+        let words = "goes by groups, and the scene has none; give each sphere one".into();
+        return Err(Error::Look { what: "outline", words });
+    }
+    Ok(())
+}
