@@ -44,24 +44,9 @@ struct Trial<'a> {
     count: &'a Count,
 }
 
-/// Lengths at which something happens: depths of surfaces along the view, radii, and any.
-fn lengths(case: &Case, random: &mut Random) -> Vec<f64> {
-    let camera = &case.view.camera;
-    let mut lengths = vec![0.0, camera.near];
-    for _ in 0..4 {
-        let k = random.below(case.scene.len() as u64) as usize;
-        let sphere = case.scene.sphere(k).expect("it is there");
-        let depth = (sphere.center - camera.origin).dot(camera.view) / camera.view.length();
-        let part = random.between(-1.0, 1.0) * sphere.radius;
-        lengths.extend([depth, depth - sphere.radius, depth + part, sphere.radius]);
-    }
-    lengths.retain(|length| length.is_finite() && *length >= 0.0);
-    lengths
-}
-
 impl<'a> Trial<'a> {
     fn new(case: &'a Case, random: &mut Random, count: &'a Count) -> Self {
-        let lengths = lengths(case, random);
+        let lengths = corpus::lengths(case, random);
         let pick = |random: &mut Random| lengths[random.below(lengths.len() as u64) as usize];
         let cues = (0..4)
             .map(|_| [pick(random), pick(random)])
