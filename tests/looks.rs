@@ -331,8 +331,10 @@ fn random_look(aa: u32, known: &Known, lengths: &[f64], random: &mut Random) -> 
     }
     let mut outline = None;
     if random.below(2) == 0 {
-        let width = [0.25, 0.5, 1.0, 1.0, 1.5, 2.0, random.between(0.1, 3.0)];
-        let width = width[random.below(7) as usize];
+        // Squares of distances from an edge are whole numbers of a kind: 1, 5, 13 and so on.
+        let root = f64::from([5, 13, 17][random.below(3) as usize]).sqrt() / f64::from(aa);
+        let width = [0.25, 0.5, 1.0, 1.0, 1.5, 2.0, root, random.between(0.1, 3.0)];
+        let width = width[random.below(8) as usize];
         // Just what reaches a sample, or just not.
         let width = [width, width, width.next_up(), width.next_down()][random.below(4) as usize];
         outline = Some(Outline {
