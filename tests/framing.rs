@@ -605,7 +605,7 @@ fn colours_have_names_and_short_forms() {
              {color}\n"
         );
         from_text("scene", &text, Path::new(""))
-            .map(|loaded| (loaded.background, loaded.scene.sphere(0).unwrap().color))
+            .map(|loaded| (loaded.look.behind(), loaded.scene.sphere(0).unwrap().color))
     };
     for (color, wanted) in [
         ("'white'", [255; 3]),

@@ -71,7 +71,7 @@ impl Entry {
     }
 
     fn paint(&self) -> Paint<'_> {
-        Paint { scene: &self.loaded.scene, background: self.loaded.background }
+        Paint { scene: &self.loaded.scene, background: self.loaded.look.behind() }
     }
 
     /// The picture as a device draws it, as a file.
@@ -89,7 +89,7 @@ impl Entry {
     fn color(&self, id: i32) -> [u8; 3] {
         match usize::try_from(id) {
             Ok(index) => self.loaded.scene.sphere(index).unwrap().color,
-            Err(_) => self.loaded.background,
+            Err(_) => self.loaded.look.behind(),
         }
     }
 }

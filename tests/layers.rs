@@ -25,18 +25,24 @@ const MAY_KNOW: [(&str, &[&str]); 11] = [
 
 /// Packages that few crates may depend on, and those crates. The root package, which is the command
 /// line, is the empty name.
-const FEW_MAY_KNOW: [(&str, &[&str]); 16] = [
+const FEW_MAY_KNOW: [(&str, &[&str]); 22] = [
     ("bzip2", &["io"]),
     ("clap", &[""]),
     ("flate2", &["io"]),
+    ("gif", &["io"]),
+    ("image-webp", &["io"]),
+    ("jpeg-encoder", &["io"]),
     ("libc", &["", "bench", "io", "window"]),
     ("lzma-rust2", &["io"]),
     ("memmap2", &["io", "window"]),
     ("naga", &["shaders"]),
     ("pollster", &["gpu", "renderer"]),
+    ("qoi", &["io"]),
     ("ruzstd", &["io"]),
+    ("simd-adler32", &["io"]),
     ("softbuffer", &["window"]),
     ("tempfile", &["bench", "io"]),
+    ("tiff", &["io"]),
     ("toml", &["io", "testkit"]),
     ("wgpu", &["gpu"]),
     ("winit", &["window"]),

@@ -355,7 +355,7 @@ fn good_scenes_mean_what_they_say() {
     assert_eq!(camera.view, DVec3::new(0.1 - 1.0, -2.5, 3.0));
     assert_eq!((camera.size, camera.near, camera.far), (ScreenSize::Height(2.0), 0.5, 1000.0));
     assert_eq!(loaded.image, ImageSize { width: 64, height: 800 });
-    assert_eq!(loaded.background, [10, 11, 12]);
+    assert_eq!(loaded.look.behind(), [10, 11, 12]);
     // All [[sphere]] first, then each [[spheres]] in turn.
     let spheres: Vec<_> =
         (0..loaded.scene.len()).map(|k| loaded.scene.sphere(k).unwrap()).collect();
@@ -384,7 +384,7 @@ fn good_scenes_mean_what_they_say() {
     assert!(plain.scene.is_empty());
     let empty = from_text("test", "", folder.path()).unwrap();
     assert!(empty.fixed_camera.is_none() && empty.camera(empty.image).check().is_ok());
-    assert_eq!((empty.image, empty.background), (ImageSize { width: 800, height: 800 }, [0; 3]));
+    assert_eq!((empty.image, empty.look.behind()), (ImageSize { width: 800, height: 800 }, [0; 3]));
 }
 
 #[test]

@@ -11,10 +11,11 @@ use super::{
     camera::CameraArgs,
     convert::ConvertArgs,
     info::InfoArgs,
+    look::LookArgs,
     parse::{parse_device, parse_region, parse_size, parse_some},
     reading::ReadingArgs,
 };
-use planisphere_io::{output::Target, particles::Format};
+use planisphere_io::{output::Target, particles::Format, picture::Kind};
 use planisphere_renderer::{Device, Region, files::Sinks};
 
 /// Draws spheres: every pixel exactly right, the same bytes on every device.
@@ -221,16 +222,22 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     camera: CameraArgs,
+
+    #[command(flatten)]
+    look: LookArgs,
 }
 
 /// The largest first index: indices are written as int64.
 const MAX_FIRST: u64 = 1 << 62;
 
 /// Refuses names that stand for formats that are not written, and a request for nothing.
-fn checked(sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
+fn checked(mut sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
+    if let Some((path, _)) = sinks.picture.as_ref().map(Target::ending).transpose()?.flatten() {
+        sinks.kind = Kind::of(path).map_err(|error| Failure::Usage(format!("-o: {error}")))?;
+    }
     for (option, target) in named(&sinks) {
         let (what, ending) = match option {
-            "-o" => ("a picture", "png"),
+            "-o" => continue,
             "--visibility" => ("a part", "npz"),
             _ => ("an array", "npy"),
         };
@@ -241,6 +248,11 @@ fn checked(sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
             "--palette says how the picture is written, and -o none writes none; leave out one of \
              them"
                 .into(),
+        ));
+    }
+    if sinks.palette && sinks.kind != Kind::Png {
+        return Err(Failure::Usage(
+            "--palette is for PNG; leave it out, or name the picture .png".into(),
         ));
     }
     if named(&sinks).is_empty() && !text {
@@ -372,6 +384,8 @@ pub(super) struct RenderRequest {
     pub reading: ReadingArgs,
     /// In place of the scene's camera.
     pub camera: CameraArgs,
+    /// In place of the scene's look.
+    pub look: LookArgs,
 }
 
 impl RenderArgs {
@@ -385,8 +399,19 @@ impl RenderArgs {
         let arrays = [self.ids, self.depth, self.visibility];
         let sinks = sinks(picture, self.palette, arrays, self.first_index);
         let sinks = checked(sinks, self.stats)?;
-        let Self { scene, explain, size, region, device, stats, reading, camera, .. } = self;
-        Ok(RenderRequest { scene, sinks, explain, size, region, device, stats, reading, camera })
+        let Self { scene, explain, size, region, device, stats, reading, camera, look, .. } = self;
+        Ok(RenderRequest {
+            scene,
+            sinks,
+            explain,
+            size,
+            region,
+            device,
+            stats,
+            reading,
+            camera,
+            look,
+        })
     }
 }
 

@@ -304,7 +304,7 @@ fn run_png(args: &PngArgs) -> Result<(), Failure> {
         let loaded = load::load(path)?;
         let view = View::new(loaded.camera(loaded.image), loaded.image);
         let name = path.display().to_string();
-        Ok(png::Picture { name, scene: loaded.scene, view, background: loaded.background })
+        Ok(png::Picture { name, scene: loaded.scene, view, background: loaded.look.behind() })
     };
     let pictures = args.scenes.iter().map(picture).collect::<Result<Vec<_>, _>>()?;
     let report = png::measure(&pictures, args.runs, &mut |what| say(&format!("bench: {what}")))?;

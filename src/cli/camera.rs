@@ -66,13 +66,27 @@ pub(super) struct CameraArgs {
     )]
     far: Option<f64>,
 
-    /// Colour where there is no sphere: #rrggbb, #rgb or a name of CSS
-    #[arg(long, value_name = "COLOR", value_parser = parse_color)]
-    background: Option<[u8; 3]>,
+    /// Colour where there is no sphere: #rrggbb, #rgb or a name of CSS; or transparent
+    #[arg(long, value_name = "COLOR", value_parser = parse_background)]
+    background: Option<Background>,
 
     /// Scene file whose [camera] is taken
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     camera: Option<PathBuf>,
+}
+
+/// What is where there is no sphere, as typed.
+#[derive(Clone, Copy, Debug)]
+enum Background {
+    Color([u8; 3]),
+    Transparent,
+}
+
+fn parse_background(text: &str) -> Result<Background, String> {
+    match text {
+        "transparent" => Ok(Background::Transparent),
+        _ => parse_color(text).map(Background::Color),
+    }
 }
 
 impl CameraArgs {
@@ -83,9 +97,11 @@ impl CameraArgs {
 
     /// Puts what was typed in place of what was loaded.
     pub fn apply(&self, loaded: &mut Loaded) -> Result<(), Failure> {
-        if let Some(background) = self.background {
-            loaded.background = background;
-        }
+        loaded.look = match self.background {
+            None => loaded.look.clone(),
+            Some(Background::Color(color)) => loaded.look.clone().background(color),
+            Some(Background::Transparent) => loaded.look.clone().transparent(),
+        };
         if let Some(path) = &self.camera {
             loaded.set_camera(Some(load::camera(path)?));
         }

@@ -10,6 +10,7 @@ mod camera;
 mod convert;
 mod ends;
 mod info;
+mod look;
 mod make;
 mod merge;
 mod parse;

@@ -19,7 +19,7 @@ use planisphere_io::{
 #[cfg(feature = "gpu")]
 use planisphere_renderer::PassedOver;
 use planisphere_renderer::{
-    Camera, Error, Look, Plan, Region, Renderer, Request, Scene,
+    Camera, Error, Plan, Region, Renderer, Request, Scene,
     files::{Report, Step},
     report::Counts,
 };
@@ -168,7 +168,7 @@ fn load(asked: &RenderRequest, ends: &mut Ends) -> Result<(Loaded, Request), Fai
     }
     let size = [loaded.image.width, loaded.image.height];
     let camera = Camera::try_from(loaded.camera(loaded.image)).map_err(Error::from)?;
-    let look = Look::new().background(loaded.background);
+    let look = asked.look.apply(loaded.look.clone()).map_err(Error::from)?;
     let mut request = Request::new(&Scene::from(&loaded), camera, size)?.look(look);
     if let Some(region) = asked.region {
         request = request.region(region_inside(region, size)?)?;

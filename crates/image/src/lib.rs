@@ -18,6 +18,7 @@ pub mod maps;
 mod outline;
 pub mod resolve;
 mod shaded;
+pub mod style;
 
 /// Colours of ids: a sphere's own, the background's for -1.
 #[derive(Clone, Copy)]

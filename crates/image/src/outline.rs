@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use planisphere_core::{camera::Region, ids::NONE, levels::Sample};
 
 use crate::{
-    look::{Between, Outline},
     shaded::{Cache, Spheres},
+    style::{Between, Outline},
 };
 
 /// A bit for each sample of a row.

@@ -19,9 +19,9 @@ use planisphere_core::{
 use crate::{
     Paint,
     linear::Encoder,
-    look::{Look, Space},
     outline::Lines,
     shaded::{Cache, Linear, Spheres, linear},
+    style::{Space, Style},
 };
 
 pub use crate::shaded::Columns;
@@ -29,7 +29,7 @@ pub use crate::shaded::Columns;
 /// Makes pixels of the samples of a view.
 pub struct Resolver<'a> {
     scene: &'a Scene,
-    look: &'a Look,
+    style: &'a Style,
     spheres: Spheres<'a>,
     view: View,
     encoder: Encoder,
@@ -41,7 +41,7 @@ pub struct Resolver<'a> {
 
 impl fmt::Debug for Resolver<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Resolver").field("look", self.look).finish_non_exhaustive()
+        f.debug_struct("Resolver").field("style", self.style).finish_non_exhaustive()
     }
 }
 
@@ -49,15 +49,15 @@ impl fmt::Debug for Resolver<'_> {
 const ROWS: usize = 4;
 
 impl<'a> Resolver<'a> {
-    /// Of a scene's view of samples, which is [`Look::samples`] of the view of pixels.
-    pub fn new(scene: &'a Scene, truth: &'a Truth, look: &'a Look, columns: Columns<'a>) -> Self {
-        let n = look.aa;
+    /// Of a scene's view of samples, which is [`Style::samples`] of the view of pixels.
+    pub fn new(scene: &'a Scene, truth: &'a Truth, style: &'a Style, columns: Columns<'a>) -> Self {
+        let n = style.aa;
         let mut order: Vec<[u32; 2]> = (0..n).flat_map(|y| (0..n).map(move |x| [x, y])).collect();
         let square = |k: u32| (2 * k + 1).abs_diff(n).pow(2);
         order.sort_by_key(|&[x, y]| (square(x) + square(y), y, x));
-        let line = look.outline.map_or([0; 3], |outline| linear(outline.color));
-        let (spheres, view) = (Spheres::new(scene, truth, look, columns), *truth.view());
-        Self { scene, look, spheres, view, encoder: Encoder::default(), order, line }
+        let line = style.outline.map_or([0; 3], |outline| linear(outline.color));
+        let (spheres, view) = (Spheres::new(scene, truth, style, columns), *truth.view());
+        Self { scene, style, spheres, view, encoder: Encoder::default(), order, line }
     }
 
     /// The samples that some pixels need.
@@ -88,9 +88,9 @@ impl<'a> Resolver<'a> {
         if to.len() != pixels.pixels() {
             return Err(PlaneError::Length { ids: to.len(), region: pixels });
         }
-        Paint { scene: self.scene, background: self.look.background }.check(ids)?;
-        let lines = self.look.outline.map(|outline| {
-            let width = outline.width * f64::from(self.look.aa);
+        Paint { scene: self.scene, background: self.style.background }.check(ids)?;
+        let lines = self.style.outline.map(|outline| {
+            let width = outline.width * f64::from(self.style.aa);
             Lines::new(&outline, width, &self.spheres, region, ids)
         });
         let width = pixels.width as usize;
@@ -112,8 +112,8 @@ impl<'a> Resolver<'a> {
 
     /// A pixel of no sphere.
     fn empty(&self) -> [u8; 4] {
-        let [r, g, b] = self.look.background;
-        [r, g, b, if self.look.transparent { 0 } else { 255 }]
+        let [r, g, b] = self.style.background;
+        [r, g, b, if self.style.transparent { 0 } else { 255 }]
     }
 }
 
@@ -275,7 +275,7 @@ struct Met {
 impl Resolver<'_> {
     /// The mean of so many samples of some colours, and of some that are of no sphere.
     fn mean(&self, covered: impl Iterator<Item = (u32, Linear)>, none: u32) -> [u8; 4] {
-        let Look { transparent, space, .. } = *self.look;
+        let Style { transparent, space, .. } = *self.style;
         let behind = (!transparent).then(|| (none, self.spheres.background()));
         let (mut count, mut sum) = (0, [0; 3]);
         for (samples, color) in covered.chain(behind) {

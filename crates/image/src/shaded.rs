@@ -9,7 +9,7 @@ use planisphere_core::{
 
 use crate::{
     linear::LIN,
-    look::{Look, Shade},
+    style::{Shade, Style},
 };
 
 /// What is known of spheres beside their places, radii and colours: one number for each.
@@ -35,7 +35,7 @@ pub fn linear(color: [u8; 3]) -> Linear {
 /// Spheres of a view.
 pub struct Spheres<'a> {
     scene: &'a Scene,
-    look: &'a Look,
+    style: &'a Style,
     columns: Columns<'a>,
     levels: Levels<'a>,
     background: Linear,
@@ -43,9 +43,9 @@ pub struct Spheres<'a> {
 
 impl<'a> Spheres<'a> {
     /// Of a view of a scene.
-    pub fn new(scene: &'a Scene, truth: &'a Truth, look: &'a Look, columns: Columns<'a>) -> Self {
-        let (levels, background) = (Levels::new(scene, truth), linear(look.background));
-        Self { scene, look, columns, levels, background }
+    pub fn new(scene: &'a Scene, truth: &'a Truth, style: &'a Style, columns: Columns<'a>) -> Self {
+        let (levels, background) = (Levels::new(scene, truth), linear(style.background));
+        Self { scene, style, columns, levels, background }
     }
 
     /// Levels of their hits.
@@ -72,7 +72,7 @@ impl<'a> Spheres<'a> {
         let index = id as usize;
         let lit = self.levels.sphere(index).expect("the ids were checked");
         let color = self.scene.color(index).expect("the ids were checked");
-        let factor = match (self.look.shade, self.columns.openness) {
+        let factor = match (self.style.shade, self.columns.openness) {
             (Shade::Soft { strength }, Some(openness)) => {
                 FULL - u32::from(strength) * u32::from(255 - openness[index])
             }
@@ -139,21 +139,22 @@ impl<'a> Cache<'a> {
         levels: &mut Vec<u8>,
         colors: &mut [Linear],
     ) {
-        let Spheres { look, levels: of, background, .. } = self.spheres;
+        let Spheres { style, levels: of, background, .. } = self.spheres;
         let Known { lit, color, factor, .. } = *self.known(id);
-        match look.shade {
+        match style.shade {
             Shade::Matte { ambient } => {
                 levels.clear();
                 levels.resize(colors.len(), 0);
                 of.headlights(&lit, at, stride, levels);
                 let [whole, rest] = [255 * u32::from(ambient), 255 - u32::from(ambient)];
                 for (to, &level) in colors.iter_mut().zip(&*levels) {
-                    *to = shaded(color, whole + rest * u32::from(level));
+                    let level = u32::from(level);
+                    *to = shaded(color, whole + rest * ((level * level + 127) / 255));
                 }
             }
             Shade::Flat | Shade::Soft { .. } => colors.fill(shaded(color, factor)),
         }
-        let Some(planes) = look.cue else { return };
+        let Some(planes) = style.cue else { return };
         for (k, to) in (0..).zip(colors) {
             let cue = u32::from(of.cue(&lit, [at[0] + k * stride, at[1]], planes));
             let over = |value: u32, behind: u32| (value * (256 - cue) + behind * cue + 128) / 256;
@@ -163,7 +164,7 @@ impl<'a> Cache<'a> {
 
     /// Whether all hits of a sphere have one colour.
     pub fn is_even(&self) -> bool {
-        let Look { shade, cue, .. } = self.spheres.look;
+        let Style { shade, cue, .. } = self.spheres.style;
         !matches!(shade, Shade::Matte { .. }) && cue.is_none()
     }
 }

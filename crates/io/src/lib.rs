@@ -8,6 +8,8 @@
 //! | --- | --- | --- |
 //! | `png` | `png` | ids or colours become a PNG |
 //! | `png` | `picture` | pixels become a PNG, and come back from one |
+//! | `pictures` | | pixels become JPEG, WebP, QOI and TIFF, and animations: GIF and APNG |
+//! | `exr` | `picture::exr` | planes of floats and ids become OpenEXR |
 //! | `parts` | `part` | parts of pictures as bytes; with `read`, from files |
 //! | `read` | `load`, `identity` | reads scene files and their arrays |
 //! | `particles` | `particles` | what files of particles share; each format is a feature more |

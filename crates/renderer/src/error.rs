@@ -10,6 +10,8 @@ use planisphere_core::{
     scene::{MAX_SPHERES, SceneError},
 };
 
+use planisphere_image::look::LookError;
+
 use crate::engine::DeviceError;
 
 /// Why not. `Display` is one line, which ends with the fix (of [`Error::NoDevice`] one for each
@@ -46,12 +48,7 @@ pub enum Error {
         words: String,
     },
     /// A look cannot be what was asked for.
-    Look {
-        /// What it is about, such as `aa`.
-        what: &'static str,
-        /// Why not, and the fix.
-        words: String,
-    },
+    Look(LookError),
     /// A count is zero, or beyond a limit.
     Size {
         /// Of what, such as `image width` or `spheres`.
@@ -201,7 +198,7 @@ impl fmt::Display for Error {
             Self::NoPlane { plane } => {
                 write!(f, "the picture has no {plane}; ask for them in its request")
             }
-            Self::Look { what, words } => write!(f, "{what} {words}"),
+            Self::Look(error) => error.fmt(f),
             Self::Palette => write!(
                 f,
                 "the picture has more than 256 colours, and a palette holds no more; write it as \
@@ -255,6 +252,12 @@ impl From<CameraError> for Error {
             CameraError::Planes { .. } => "clip",
         };
         Self::Camera { field, words: error.to_string() }
+    }
+}
+
+impl From<LookError> for Error {
+    fn from(error: LookError) -> Self {
+        Self::Look(error)
     }
 }
 

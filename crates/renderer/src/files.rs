@@ -14,22 +14,25 @@ use planisphere_core::{
         merge::{Merge, MergeError, Ties},
     },
 };
-pub use planisphere_io::output::Target;
 use planisphere_io::{
     npy,
     npy::Plane,
     output,
     output::{Shared, Sink},
+    picture::{About, Encoder, Rows},
     png,
     png::{PaletteError, PngRows},
 };
+pub use planisphere_io::{output::Target, picture::Kind};
 
 use crate::{
     Error, Job, Renderer, Request,
     bands::{PIECE, bands},
     engine::Engine,
     parts::{PartPlane, merged, of_request},
-    renderer::drawn,
+    picture::opaque,
+    pixels::{self, Pixels},
+    renderer::{drawn, sized},
     subject::{Indices, Subject},
 };
 
@@ -56,8 +59,10 @@ use crate::{
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Sinks {
-    /// The colours, as PNG.
+    /// The colours.
     pub picture: Option<Target>,
+    /// Its format.
+    pub kind: Kind,
     /// Whether that has a palette.
     pub palette: bool,
     /// The indices of the spheres, as `.npy`.
@@ -108,6 +113,8 @@ pub struct Report {
     pub counts: Counts,
     /// Milliseconds of drawing.
     pub times: Times,
+    /// Milliseconds of samples to pixels.
+    pub shade: f64,
     /// Milliseconds of distances.
     pub depth: f64,
     /// Milliseconds of planes to bytes.
@@ -154,21 +161,96 @@ fn rendered(
     told: &mut dyn FnMut(Step),
     control: &Control,
 ) -> Result<(Staged, Report), Error> {
+    pixels::check(request)?;
     let mut report = Report::default();
+    let shaded = sinks.picture.is_some() && !request.look.is_plain();
+    let pixels = shaded.then(|| Pixels::new(request)).transpose()?;
+    let mut source = Drawn { engine, request, pixels };
     let staged = of_request(request, sinks.first, control, |subject| {
-        write(sinks, subject, &mut report, told, &mut |band, control, report, told| {
-            told(Step::Drawing);
-            let of_band = Request { region: band, ..request.clone() };
-            let drawing = drawn(engine, &of_band, control)?;
-            report.counts.add(&drawing.counts);
-            report.times.add(&drawing.times);
-            if let Some(by) = engine.stood_in() {
-                report.drawn_by = Some(by.into());
-            }
-            Ok(drawing.ids)
-        })
+        write(sinks, subject, &mut report, told, &mut source)
     })?;
     Ok((staged, report))
+}
+
+/// Gives what a picture is made of, band by band; it may be cancelled.
+trait Source {
+    /// The spheres of the scene that are seen, -1 for none.
+    fn ids(
+        &mut self,
+        band: Region,
+        control: &Control,
+        report: &mut Report,
+        told: &mut dyn FnMut(Step),
+    ) -> Result<Vec<i32>, Error>;
+
+    /// Whether pixels have alpha, where they are more than what ids tell.
+    fn shaded(&self) -> Option<bool>;
+
+    /// Pixels of a look, where they are more than what ids tell.
+    fn pixels(
+        &mut self,
+        band: Region,
+        control: &Control,
+        report: &mut Report,
+        told: &mut dyn FnMut(Step),
+    ) -> Result<Vec<[u8; 4]>, Error>;
+}
+
+/// Drawn by an engine.
+struct Drawn<'a> {
+    engine: &'a mut Engine,
+    request: &'a Request,
+    pixels: Option<Pixels<'a>>,
+}
+
+impl Drawn<'_> {
+    fn note(&self, counts: &Counts, times: &Times, report: &mut Report) {
+        report.counts.add(counts);
+        report.times.add(times);
+        if let Some(by) = self.engine.stood_in() {
+            report.drawn_by = Some(by.into());
+        }
+    }
+}
+
+impl Source for Drawn<'_> {
+    fn ids(
+        &mut self,
+        band: Region,
+        control: &Control,
+        report: &mut Report,
+        told: &mut dyn FnMut(Step),
+    ) -> Result<Vec<i32>, Error> {
+        told(Step::Drawing);
+        let of_band = Request { region: band, ..self.request.clone() };
+        let drawing = drawn(self.engine, &of_band, control)?;
+        self.note(&drawing.counts, &drawing.times, report);
+        // Ends at the first sphere.
+        report.seen = report.seen || drawing.ids.iter().any(|id| *id >= 0);
+        Ok(drawing.ids)
+    }
+
+    fn shaded(&self) -> Option<bool> {
+        self.pixels.as_ref().map(|_| self.request.look.is_transparent())
+    }
+
+    fn pixels(
+        &mut self,
+        band: Region,
+        control: &Control,
+        report: &mut Report,
+        told: &mut dyn FnMut(Step),
+    ) -> Result<Vec<[u8; 4]>, Error> {
+        let Some(of) = &mut self.pixels else { return Ok(Vec::new()) };
+        told(Step::Drawing);
+        let mut pixels = Vec::new();
+        sized(&mut pixels, band.pixels(), "colors")?;
+        let spent = of.draw(self.engine, band, control, &mut pixels, &mut [])?;
+        self.note(&spent.counts, &spent.times, report);
+        report.shade += spent.shade;
+        report.seen |= spent.seen;
+        Ok(pixels)
+    }
 }
 
 fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
@@ -178,18 +260,14 @@ fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Gives the ids of a band, which may be cancelled.
-type DrawBand<'a> =
-    dyn FnMut(Region, &Control, &mut Report, &mut dyn FnMut(Step)) -> Result<Vec<i32>, Error> + 'a;
-
-/// Draws band by band, from the top, and writes what is wanted. `draw` gives the spheres of the
-/// scene that are seen, -1 for none. Files get their names when they are committed.
-pub(crate) fn write(
+/// Draws band by band, from the top, and writes what is wanted. Files get their names when they are
+/// committed.
+fn write(
     sinks: &Sinks,
     subject: &Subject,
     report: &mut Report,
     told: &mut dyn FnMut(Step),
-    draw: &mut DrawBand,
+    source: &mut dyn Source,
 ) -> Result<Staged, Error> {
     let open = |target: &Option<Target>| target.clone().map(Target::open).transpose();
     let open = |target| open(target).map_err(Error::from);
@@ -199,21 +277,33 @@ pub(crate) fn write(
     let part = sinks.part.as_ref().zip(part_sink.as_mut());
     let part = part.map(|(target, sink)| Part::begin(target, sink, subject)).transpose()?;
     let mut png_sink = open(&sinks.picture)?;
-    let png = sinks.picture.as_ref().zip(png_sink.as_mut());
-    let png = png.map(|(target, sink)| match sinks.palette {
-        true => Ok(Png::palette(target, sink)),
-        false => Png::rgb(target, sink, subject),
+    let colors = sinks.picture.as_ref().zip(png_sink.as_mut());
+    let shaded = source.shaded();
+    let colors = colors.map(|(target, sink)| match sinks.palette {
+        true => Ok(Colors::palette(target, sink)),
+        false => Colors::rows(target, sink, subject, sinks, shaded),
     });
-    let mut planes = Planes { subject, depths, part, ids, png: png.transpose()? };
+    let colors = colors.transpose()?;
+    let by_pixels = shaded.is_some() && colors.is_some();
+    let by_ids = [&sinks.ids, &sinks.depth, &sinks.part].iter().any(|sink| sink.is_some());
+    let by_ids = by_ids || !by_pixels;
+    let mut planes = Planes { subject, depths, part, ids, colors };
 
     let whole = subject.meta.region;
     for band in bands(whole, subject.band) {
         let rows = [band.y - whole.y, band.y - whole.y + band.height];
         let control = subject.control.part(rows.map(|row| row as f32 / whole.height as f32));
-        let ids = draw(band, &control, report, told)?;
-        // Ends at the first sphere of the first band that has one.
-        report.seen = report.seen || ids.iter().any(|id| *id >= 0);
-        planes.take(band, ids, report, told)?;
+        let half = if by_pixels && by_ids { 0.9 } else { f32::from(u8::from(by_pixels)) };
+        let (first, rest) = (control.part([0.0, half]), control.part([half, 1.0]));
+        if by_pixels {
+            let pixels = source.pixels(band, &first, report, told)?;
+            told(Step::Encoding);
+            timed(&mut report.encode, || planes.take_pixels(pixels))?;
+        }
+        if by_ids {
+            let ids = source.ids(band, &rest, report, told)?;
+            planes.take(band, ids, report, told)?;
+        }
         control.reach(1.0);
     }
 
@@ -234,7 +324,7 @@ struct Planes<'a> {
     depths: Option<Depths<'a>>,
     part: Option<Part<'a>>,
     ids: Option<Ids<'a>>,
-    png: Option<Png<'a>>,
+    colors: Option<Colors<'a>>,
 }
 
 impl Planes<'_> {
@@ -259,17 +349,25 @@ impl Planes<'_> {
             if let Some(plane) = &mut self.ids {
                 plane.take(&ids)?;
             }
-            match &mut self.png {
-                Some(png) => png.take(ids, self.subject),
+            match &mut self.colors {
+                Some(colors) => colors.take(ids, self.subject),
                 None => Ok(()),
             }
         })
     }
 
+    /// Takes the pixels of the next band.
+    fn take_pixels(&mut self, pixels: Vec<[u8; 4]>) -> Result<(), Error> {
+        match &mut self.colors {
+            Some(colors) => colors.take_pixels(&pixels, self.subject),
+            None => Ok(()),
+        }
+    }
+
     /// Ends the picture and the part, and gives back where ids and depths have gone.
     fn finish(self) -> Result<(Option<Sink>, Option<Sink>), Error> {
-        if let Some(png) = self.png {
-            png.finish(self.subject)?;
+        if let Some(colors) = self.colors {
+            colors.finish(self.subject)?;
         }
         if let Some(part) = self.part {
             part.finish(self.subject)?;
@@ -399,25 +497,41 @@ impl<'a> Part<'a> {
 }
 
 /// The colours.
-struct Png<'a> {
+struct Colors<'a> {
     target: &'a Target,
     form: Form<'a>,
 }
 
 /// How colours are written.
 enum Form<'a> {
-    /// Row by row.
-    Rgb(PngRows<'a, &'a mut Sink>),
+    /// Row by row, from ids.
+    Flat(PngRows<'a, &'a mut Sink>),
+    /// Row by row, as pixels; whether these come, or are ids.
+    Pixels(Encoder<&'a mut Sink>, bool),
     /// With a palette, which takes all colours before the first row.
     Palette { sink: &'a mut Sink, all: Arc<Plane<i32>> },
 }
 
-impl<'a> Png<'a> {
-    /// Begins a picture of 8 bits a channel.
-    fn rgb(target: &'a Target, sink: &'a mut Sink, subject: &'a Subject) -> Result<Self, Error> {
-        let rows = PngRows::new(sink, subject.meta.region, subject.paint());
-        let rows = rows.map_err(|error| target.io(error))?;
-        Ok(Self { target, form: Form::Rgb(rows) })
+impl<'a> Colors<'a> {
+    /// Begins a picture whose rows come one after the other.
+    fn rows(
+        target: &'a Target,
+        sink: &'a mut Sink,
+        subject: &'a Subject,
+        sinks: &Sinks,
+        shaded: Option<bool>,
+    ) -> Result<Self, Error> {
+        let Region { width, height, .. } = subject.meta.region;
+        let (size, alpha) = ([width, height], shaded.unwrap_or(false));
+        let form = if sinks.kind == Kind::Png && shaded.is_none() {
+            let rows = PngRows::new(sink, subject.meta.region, subject.paint());
+            Form::Flat(rows.map_err(|error| target.io(error))?)
+        } else {
+            let about = About { size, alpha, ..About::default() };
+            let encoder = Encoder::new(sink, sinks.kind, &about);
+            Form::Pixels(encoder.map_err(|error| target.io(error))?, shaded.is_some())
+        };
+        Ok(Self { target, form })
     }
 
     /// A picture with a palette.
@@ -428,13 +542,25 @@ impl<'a> Png<'a> {
 
     /// Takes the next ids.
     fn take(&mut self, ids: Arc<Plane<i32>>, subject: &Subject) -> Result<(), Error> {
+        let width = subject.meta.region.width as usize;
+        // Some at a time, so that it can be cancelled: the bytes are the same.
+        let piece = (PIECE / width).max(1) * width;
         match &mut self.form {
-            Form::Rgb(rows) => {
-                // Some at a time, so that it can be cancelled: the bytes are the same.
-                let width = subject.meta.region.width as usize;
-                for some in ids.0.chunks((PIECE / width).max(1) * width) {
+            Form::Flat(rows) => {
+                for some in ids.0.chunks(piece) {
                     subject.control.check()?;
                     rows.push(some).map_err(|error| self.target.io(error))?;
+                }
+            }
+            Form::Pixels(_, true) => {}
+            Form::Pixels(encoder, false) => {
+                let mut pixels = Vec::new();
+                for some in ids.0.chunks(piece) {
+                    subject.control.check()?;
+                    pixels.resize(some.len(), [0; 4]);
+                    subject.paint().fill(some, &mut pixels, opaque)?;
+                    let pushed = encoder.push(Rows::Eight(&pixels));
+                    pushed.map_err(|error| self.target.io(error))?;
                 }
             }
             // One band is the usual case, and is not copied.
@@ -448,11 +574,23 @@ impl<'a> Png<'a> {
         Ok(())
     }
 
+    /// Takes the next pixels.
+    fn take_pixels(&mut self, pixels: &[[u8; 4]], subject: &Subject) -> Result<(), Error> {
+        let Form::Pixels(encoder, true) = &mut self.form else { return Ok(()) };
+        let width = subject.meta.region.width as usize;
+        for some in pixels.chunks((PIECE / width).max(1) * width) {
+            subject.control.check()?;
+            encoder.push(Rows::Eight(some)).map_err(|error| self.target.io(error))?;
+        }
+        Ok(())
+    }
+
     /// Ends the picture.
     fn finish(self, subject: &Subject) -> Result<(), Error> {
         let Self { target, form } = self;
         match form {
-            Form::Rgb(rows) => Ok(rows.finish().map_err(|error| target.io(error))?),
+            Form::Flat(rows) => Ok(rows.finish().map_err(|error| target.io(error))?),
+            Form::Pixels(encoder, _) => Ok(encoder.finish().map_err(|error| target.io(error))?),
             Form::Palette { sink, all } => {
                 let written =
                     png::write_palette_png(sink, subject.meta.region, &all.0, &subject.paint());
@@ -524,17 +662,49 @@ impl<'a> Merging<'a> {
     ) -> Result<(Staged, Report, [u64; 2]), Error> {
         let Self(merge) = self;
         let (mut report, mut ties) = (Report::default(), Ties::default());
+        let mut source = Merged { merge, ties: &mut ties };
         let staged = merged(merge, &Control::new(), |subject| {
-            write(sinks, subject, &mut report, told, &mut |region, _, report, told| {
-                told(Step::Merging);
-                let begin = Instant::now();
-                let band = merge.band(region)?;
-                report.times.render += begin.elapsed().as_secs_f64() * 1e3;
-                ties.pairs += band.ties.pairs;
-                ties.exact += band.ties.exact;
-                Ok(band.ids)
-            })
+            write(sinks, subject, &mut report, told, &mut source)
         })?;
         Ok((staged, report, [ties.pairs, ties.exact]))
+    }
+}
+
+/// Merged from parts.
+struct Merged<'a, 'b> {
+    merge: &'a Merge<'b>,
+    ties: &'a mut Ties,
+}
+
+impl Source for Merged<'_, '_> {
+    fn ids(
+        &mut self,
+        band: Region,
+        _: &Control,
+        report: &mut Report,
+        told: &mut dyn FnMut(Step),
+    ) -> Result<Vec<i32>, Error> {
+        told(Step::Merging);
+        let begin = Instant::now();
+        let band = self.merge.band(band)?;
+        report.times.render += begin.elapsed().as_secs_f64() * 1e3;
+        self.ties.pairs += band.ties.pairs;
+        self.ties.exact += band.ties.exact;
+        report.seen = report.seen || band.ids.iter().any(|id| *id >= 0);
+        Ok(band.ids)
+    }
+
+    fn shaded(&self) -> Option<bool> {
+        None
+    }
+
+    fn pixels(
+        &mut self,
+        _: Region,
+        _: &Control,
+        _: &mut Report,
+        _: &mut dyn FnMut(Step),
+    ) -> Result<Vec<[u8; 4]>, Error> {
+        Ok(Vec::new())
     }
 }

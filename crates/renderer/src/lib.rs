@@ -20,7 +20,6 @@ pub mod files;
 #[cfg(feature = "gpu")]
 mod hybrid;
 mod job;
-mod look;
 #[cfg(feature = "gpu")]
 mod on_wgpu;
 #[cfg(feature = "parts")]
@@ -48,7 +47,6 @@ pub use error::Error;
 #[doc(hidden)]
 pub use hybrid::{Hybrid, REST};
 pub use job::Job;
-pub use look::Look;
 #[cfg(feature = "parts")]
 pub use parts::Part;
 pub use picture::{Difference, Hit, Picture};
@@ -57,6 +55,7 @@ pub use plan::Plan;
 pub use planisphere_core::camera::{MAX_SIDE, Region};
 #[cfg(feature = "gpu")]
 pub use planisphere_gpu::{adapters::adapters, wgpu};
+pub use planisphere_image::look::{Look, LookError};
 #[cfg(feature = "read")]
 pub use read::{Document, read, start_read};
 pub use renderer::Renderer;

@@ -73,7 +73,7 @@ pub(crate) fn of_request<T>(
     let meta = Meta {
         view,
         region: request.region,
-        background: request.look.background,
+        background: request.look.behind(),
         ranges: range.into_iter().collect(),
         bounds: (spheres > 0).then(|| scene.bounds()),
     };
@@ -147,7 +147,7 @@ impl Part {
         let places = merge.band(region)?.ids;
         let (mut rgba, mut depth) = (Vec::new(), Vec::new());
         sized(&mut rgba, places.len(), "colors")?;
-        let paint = Paint { scene: merge.scene(), background: look.background };
+        let paint = Paint { scene: merge.scene(), background: look.behind() };
         paint.fill(&places, &mut rgba, opaque)?;
         depth.extend(merged(&merge, &Control::new(), |subject| subject.depths(region, &places))?);
         let indices: Arc<[u64]> = merge.indices().into();

@@ -157,7 +157,7 @@ impl Picture {
     /// What gives the ids their colours, if these were asked for.
     fn paint(&self) -> Option<Paint<'_>> {
         let request = self.request.as_ref().filter(|request| request.color)?;
-        Some(Paint { scene: request.scene.core(), background: request.look.background })
+        Some(Paint { scene: request.scene.core(), background: request.look.behind() })
     }
 
     fn has_colors(&self) -> bool {

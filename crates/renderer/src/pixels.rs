@@ -1,5 +1,7 @@
 //! Pixels of a look that takes more than ids: samples are drawn piece by piece, and resolved.
 
+use std::time::Instant;
+
 use planisphere_core::{
     camera::{MAX_SIDE, Region, View},
     cpu::{self, Piece},
@@ -7,8 +9,9 @@ use planisphere_core::{
     exact::decide::Truth,
 };
 use planisphere_image::{
-    look,
+    look::LookError,
     resolve::{Columns, Resolver},
+    style::Style,
 };
 
 use crate::{Error, Request, engine::Engine, renderer::device_error};
@@ -24,12 +27,16 @@ const TILE: u32 = 64;
 pub(crate) struct Spent {
     pub counts: Counts,
     pub times: Times,
+    /// Milliseconds of samples to pixels.
+    pub shade: f64,
+    /// Whether any sphere is seen.
+    pub seen: bool,
 }
 
 /// Makes the pixels of requests that differ in their regions alone.
 pub(crate) struct Pixels<'a> {
     request: &'a Request,
-    look: look::Look,
+    style: Style,
     view: View,
     truth: Truth,
     /// Bands of all that is drawn, and whether any was.
@@ -41,10 +48,10 @@ impl<'a> Pixels<'a> {
     /// Of a request, whose region is the whole of what will be drawn.
     pub fn new(request: &'a Request) -> Result<Self, Error> {
         let (core, of_pixels) = (request.scene.core(), request.view());
-        let look = request.look.resolved(&of_pixels, &core.bounds());
-        let view = look.samples(&of_pixels);
+        let style = request.look.style(&of_pixels, &core.bounds());
+        let view = style.samples(&of_pixels);
         let truth = Truth::new(&view, core.bounds());
-        let mut all = Self { request, look, view, truth, bands: 0, begun: false };
+        let mut all = Self { request, style, view, truth, bands: 0, begun: false };
         let resolver = all.resolver();
         let pieces = all.pieces(request.region);
         all.bands = pieces.iter().map(|piece| cpu::bands(resolver.samples(*piece))).sum();
@@ -52,7 +59,7 @@ impl<'a> Pixels<'a> {
     }
 
     fn resolver(&self) -> Resolver<'_> {
-        Resolver::new(self.request.scene.core(), &self.truth, &self.look, Columns::default())
+        Resolver::new(self.request.scene.core(), &self.truth, &self.style, Columns::default())
     }
 
     /// Pieces of a region, of about [`SAMPLES`] samples each.
@@ -104,6 +111,8 @@ impl<'a> Pixels<'a> {
             let drawing = drawn.map_err(|error| device_error(engine, error))?;
             scene.check()?;
             control.check()?;
+            spent.seen = spent.seen || drawing.ids.iter().any(|id| *id >= 0);
+            let begin = Instant::now();
             let start = (piece.y - region.y) as usize * region.width as usize;
             debug_assert!(ids.is_empty() || self.has_ids());
             if piece.width == region.width {
@@ -118,6 +127,7 @@ impl<'a> Pixels<'a> {
                     to[aside..aside + width].copy_from_slice(from);
                 }
             }
+            spent.shade += begin.elapsed().as_secs_f64() * 1e3;
             if !ids.is_empty() {
                 let rows = drawing.ids.chunks(samples.width as usize);
                 let (margin, aside) = (self.view.margin as usize, (piece.x - region.x) as usize);
@@ -144,7 +154,7 @@ impl<'a> Pixels<'a> {
 pub(crate) fn check(request: &Request) -> Result<(), Error> {
     if request.look.needs_groups() {
         let words = "goes by groups, and the scene has none; give each sphere one".into();
-        return Err(Error::Look { what: "outline", words });
+        return Err(LookError { what: "outline", words }.into());
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use planisphere_core::drawing::Control;
 use planisphere_io::load::{self, Loaded};
 
-use crate::{Camera, Error, Job, Scene, turns::Turns};
+use crate::{Camera, Error, Job, Look, Scene, turns::Turns};
 
 /// What a scene file, or a file of particles, says.
 #[derive(Clone, Debug)]
@@ -16,8 +16,9 @@ pub struct Document {
     pub scene: Scene,
     /// Columns and rows of the picture.
     pub size: [u32; 2],
-    /// Colour where there is no sphere, sRGB.
-    pub background: [u8; 3],
+    /// What `[image]` says of the look: flat colours without. Of a file of particles it is
+    /// [`Look::matte`].
+    pub look: Look,
     /// What a person should hear who asked for something unusual, each one line.
     pub notes: Vec<String>,
     /// What was understood of each file of particles, in one line: its format, the frame, and where
@@ -62,11 +63,11 @@ fn read_controlled(path: &Path, control: &Control) -> Result<Document, Error> {
         error if error.is_cancelled() => Error::Cancelled,
         error => error.into(),
     })?;
-    let Loaded { image, background, notes, understood, .. } = &loaded;
+    let Loaded { image, look, notes, understood, .. } = &loaded;
     Ok(Document {
         scene: Scene::from(&loaded),
         size: [image.width, image.height],
-        background: *background,
+        look: look.clone(),
         notes: notes.clone(),
         understood: understood.clone(),
         loaded,

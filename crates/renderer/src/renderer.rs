@@ -428,7 +428,7 @@ fn finish(
 ) -> Result<(), Error> {
     let Request { scene, region, look, .. } = request;
     let (core, view) = (scene.core(), request.view());
-    let paint = Paint { scene: core, background: look.background };
+    let paint = Paint { scene: core, background: look.behind() };
     let control = control.part([DRAWN, 1.0]);
     let truth = (!depths.is_empty()).then(|| Truth::new(&view, core.bounds()));
     for some in bands(*region, PIECE) {

@@ -290,7 +290,7 @@ impl App {
             && frame.view == *view
         {
             let Start { loaded, name, say, .. } = &self.start;
-            let paint = Paint { scene: &loaded.scene, background: loaded.background };
+            let paint = Paint { scene: &loaded.scene, background: loaded.look.behind() };
             match screenshot::save(name, view, &frame.ids, &paint, || arrays_changed(loaded)) {
                 Ok(path) => {
                     say(&format!("saved {}", planisphere_core::text::name(path)));
@@ -449,7 +449,7 @@ impl App {
     /// Puts the picture that is there into the window, in the middle while it has another size.
     fn present(&mut self) -> Result<(), SoftBufferError> {
         let Some((window, canvas)) = &mut self.window else { return Ok(()) };
-        let background = packed(self.start.loaded.background);
+        let background = packed(self.start.loaded.look.behind());
         let picture = Picture { frame: self.frame.clone(), size: self.image, background };
         window.pre_present_notify();
         match canvas {

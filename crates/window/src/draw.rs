@@ -193,7 +193,7 @@ fn draw(
 ) -> Result<Frame, Error> {
     let start = Instant::now();
     let camera = Camera::try_from(view.camera)?;
-    let look = Look::new().background(loaded.background);
+    let look = Look::new().background(loaded.look.behind());
     let request = Request::new(scene, camera, [view.image.width, view.image.height])?.look(look);
     let job = renderer.start_with(request, |picture| {
         let pixels = picture.rgba().par_iter().map(|&[r, g, b, _]| packed([r, g, b]));

@@ -32,9 +32,11 @@ use planisphere_core::{
     camera::{Camera, ImageSize},
     scene::Scene,
 };
+use planisphere_image::look::Look;
 
 mod batches;
 mod document;
+mod look;
 mod scene_file;
 
 /// The size of an image that has none in its file, in pixels.
@@ -51,8 +53,8 @@ pub struct Loaded {
     pub wanted: Option<Wanted>,
     /// Size of the image.
     pub image: ImageSize,
-    /// Colour where there is no sphere, sRGB.
-    pub background: [u8; 3],
+    /// What `[image]` says of the look; that of files of particles is chosen.
+    pub look: Look,
     /// The arrays and files of particles that were read beside it.
     pub files: Vec<PathBuf>,
     /// The arrays that stay in their files.
@@ -104,7 +106,7 @@ impl fmt::Debug for Loaded {
             .field("fixed_camera", &self.fixed_camera)
             .field("wanted", &self.wanted)
             .field("image", &self.image)
-            .field("background", &self.background)
+            .field("look", &self.look)
             .field("files", &self.files)
             .field("watch", &self.watch)
             .field("copied", &self.copied)
@@ -215,7 +217,7 @@ pub fn of_frame(file: &File, options: &Options, control: &Control) -> Result<Loa
         fixed_camera: None,
         wanted: None,
         image: DEFAULT_IMAGE,
-        background: [0; 3],
+        look: Look::matte(),
         files: options.topology.iter().cloned().collect(),
         watch,
         copied: Vec::new(),

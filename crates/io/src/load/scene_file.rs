@@ -25,6 +25,7 @@ use crate::{
         DEFAULT_IMAGE, Loaded, Watch,
         batches::{self, Batches, Piece},
         document::{Section, Value, color, integer, number, string, vector},
+        look,
     },
     npy::array::{Array, Copied, Key, Taken},
 };
@@ -37,6 +38,7 @@ use planisphere_core::{
     scene::{Block, Colors, Radii, Scene, SceneError, Sphere},
     text,
 };
+use planisphere_image::look::Look;
 
 /// Reads the text of a scene file, and maps the arrays it names relative to `folder`.
 pub(super) fn read(text: &str, folder: &Path, control: &Control) -> Result<Loaded, Fault> {
@@ -151,10 +153,10 @@ fn read_document(
     Fault::if_cancelled(control)?;
     control.reach(0.7);
     let root = Section::of_table("", document, 0..0, &KNOWN)?;
-    let (image, background) = root.get("image").map_or(Ok((DEFAULT_IMAGE, [0; 3])), read_image)?;
+    let (image, look) = root.get("image").map_or(Ok((DEFAULT_IMAGE, Look::flat())), read_image)?;
     let camera = root.get("camera").map(read_camera).transpose()?;
     let (scene, files) = read_spheres(&root, singles, Files::new(folder, control))?;
-    finish(scene, camera, image, background, files)
+    finish(scene, camera, image, look, files)
 }
 
 /// A fault of the TOML itself, in the parser's words.
@@ -183,8 +185,9 @@ fn syntax(error: &toml::de::Error, text: &str) -> Fault {
     Fault::new(format!("not TOML: {message}"), span, "here", fix)
 }
 
-fn read_image(value: &Value) -> Result<(ImageSize, [u8; 3]), Fault> {
-    let section = Section::new("[image]", value, &["width", "height", "background"])?;
+fn read_image(value: &Value) -> Result<(ImageSize, Look), Fault> {
+    let known: Vec<&str> = ["width", "height"].into_iter().chain(look::KEYS).collect();
+    let section = Section::new("[image]", value, &known)?;
     let side = |key: &str, default: u32| -> Result<u32, Fault> {
         let Some(found) = section.read(key, integer)? else { return Ok(default) };
         u32::try_from(found).ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(|| {
@@ -200,7 +203,7 @@ fn read_image(value: &Value) -> Result<(ImageSize, [u8; 3]), Fault> {
         width: side("width", DEFAULT_IMAGE.width)?,
         height: side("height", DEFAULT_IMAGE.height)?,
     };
-    Ok((size, section.read("background", color)?.unwrap_or([0; 3])))
+    Ok((size, look::read(&section)?))
 }
 
 /// What `[camera]` says, with its places.
@@ -250,7 +253,7 @@ fn finish(
     scene: Scene,
     camera: Option<ReadCamera>,
     image: ImageSize,
-    background: [u8; 3],
+    look: Look,
     files: Files,
 ) -> Result<Loaded, Fault> {
     let wanted = camera.as_ref().map(|camera| camera.wanted);
@@ -287,7 +290,7 @@ fn finish(
         fixed_camera,
         wanted,
         image,
-        background,
+        look,
         files: paths,
         watch,
         copied,

@@ -88,11 +88,8 @@ impl Target {
         what: &'static str,
         ending: &'static str,
     ) -> Result<(), OutputError> {
-        let Self::File(target) = self else { return Ok(()) };
-        let Some(found) = target.extension().filter(|found| !found.is_empty()) else {
-            return Ok(());
-        };
-        if found.eq_ignore_ascii_case(ending) || !matches!(self.place()?, Place::File(_)) {
+        let Some((target, found)) = self.ending()? else { return Ok(()) };
+        if found.eq_ignore_ascii_case(ending) {
             return Ok(());
         }
         let better = with_ending(target, found, ending);
@@ -103,6 +100,18 @@ impl Target {
             ending,
             better,
         })
+    }
+
+    /// The name of a file that has an ending, and this; none of streams and devices.
+    ///
+    /// # Errors
+    /// When the name leads nowhere.
+    pub fn ending(&self) -> Result<Option<(&PathBuf, &OsStr)>, OutputError> {
+        let Self::File(target) = self else { return Ok(None) };
+        let Some(found) = target.extension().filter(|found| !found.is_empty()) else {
+            return Ok(None);
+        };
+        Ok(matches!(self.place()?, Place::File(_)).then_some((target, found)))
     }
 
     /// Which file this is.

@@ -142,7 +142,7 @@ fn check(
         check_name("channel", name, names.insert(*name))?;
         if channel.len() as u64 != pixels {
             return Err(invalid(format!(
-                "the channel {} has {} values where the picture has {width} x {height}",
+                "the channel `{}` has {} values where the picture has {width} x {height}",
                 text::value(name),
                 channel.len()
             )));
@@ -152,7 +152,7 @@ fn check(
     for (name, value) in texts {
         check_name("text", name, names.insert(name))?;
         if i32::try_from(value.len()).is_err() {
-            return Err(invalid(format!("the text {} is too long", text::value(name))));
+            return Err(invalid(format!("the text `{}` is too long", text::value(name))));
         }
     }
     Ok(())
@@ -160,7 +160,7 @@ fn check(
 
 /// Refuses a name that a file cannot hold, or that is there already.
 fn check_name(what: &str, name: &str, is_new: bool) -> io::Result<()> {
-    let shown = text::value(name);
+    let shown = format!("`{}`", text::value(name));
     if !is_new {
         return Err(invalid(format!(
             "an OpenEXR picture has one {shown} alone; name the {what} \

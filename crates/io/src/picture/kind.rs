@@ -10,9 +10,10 @@ use crate::png::invalid;
 use planisphere_core::text;
 
 /// A format of pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// PNG: of any size, without loss.
+    #[default]
     Png,
     /// JPEG: small, with loss.
     Jpeg,
@@ -103,11 +104,12 @@ impl Kind {
         matches!(self, Self::Png)
     }
 
-    /// Most pixels of a side.
+    /// Most pixels of a side. A JPEG could have 65535, but most programs read it with a library
+    /// that refuses more than 65500.
     #[must_use]
     pub const fn longest_side(self) -> u32 {
         match self {
-            Self::Jpeg => 65_535,
+            Self::Jpeg => 65_500,
             Self::Webp => 16_383,
             _ => i32::MAX as u32,
         }

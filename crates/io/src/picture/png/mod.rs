@@ -6,4 +6,6 @@ mod read;
 mod write;
 
 pub use self::read::{Decoded, ReadError, read, read_deep};
-pub(super) use self::write::{Pixels, encoder, write_texts};
+pub(super) use self::write::Pixels;
+#[cfg(feature = "pictures")]
+pub(super) use self::write::{encoder, write_texts};

@@ -1,7 +1,7 @@
 //! Writes pixels as PNG: RGB or RGBA of 8 or 16 bits, never with a palette.
 //!
 //! Rows are filtered and compressed in bands, side by side, so that a picture of any size needs
-//! little memory. `benches/results` has what that takes.
+//! little memory.
 
 use std::{
     io::{self, Write},
@@ -107,7 +107,7 @@ pub(in crate::picture) fn write_texts<W: Write>(
 
 /// Refuses a key or a text that a PNG cannot hold.
 fn check_text(key: &str, value: &str) -> io::Result<()> {
-    let shown = planisphere_core::text::value(key);
+    let shown = format!("`{}`", planisphere_core::text::value(key));
     let latin = key.chars().all(|c| matches!(c, ' '..='~' | '\u{a1}'..='\u{ff}'));
     let spaces = key.starts_with(' ') || key.ends_with(' ') || key.contains("  ");
     if !(1..=79).contains(&key.chars().count()) || !latin || spaces {
