@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// Samples beyond the border.
 const MARGIN: u32 = 2;
 /// Samples of a scene that are looked at, with their neighbours.
-const SAMPLES: usize = 12;
+const SAMPLES: usize = 8;
 
 /// What was compared.
 #[derive(Default)]

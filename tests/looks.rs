@@ -11,7 +11,7 @@ mod judge;
 
 use corpus::{Case, ball, pixels, random::Random};
 use glam::DVec3;
-use judge::looks::{By, Outline, Samples, Shade, Wanted};
+use judge::looks::{By, Outline, Samples, Shade, Wanted, along};
 use planisphere_core::{
     camera::{Camera, Projection, Region, ScreenSize, View},
     cpu::{Cpu, Effort},
@@ -19,8 +19,8 @@ use planisphere_core::{
     scene::Scene,
 };
 use planisphere_image::{
-    look,
     resolve::{Columns, Resolver},
+    style::{self, Style},
 };
 use planisphere_renderer::{self as renderer, Device, Engine, Renderer};
 use rayon::prelude::*;
@@ -52,6 +52,8 @@ struct Trial {
     case: Case,
     region: Region,
     known: Known,
+    /// The depths between which the scene lies.
+    along: Option<[f64; 2]>,
     looks: Vec<(Wanted, Vec<[u8; 4]>)>,
 }
 
@@ -65,14 +67,14 @@ impl Trial {
             judged.extend(alike.into_iter().map(|wanted| samples.picture(wanted)));
         }
         let looks = looks.into_iter().zip(judged).collect();
-        Self { case, region, known, looks }
+        Self { along: scene_cue(&case), case, region, known, looks }
     }
 }
 
 // ---- What draws ----
 
 /// A look as the library takes it, but for what it does not take yet.
-fn facade(wanted: &Wanted) -> Option<renderer::Look> {
+fn facade(wanted: &Wanted, along: Option<[f64; 2]>) -> Option<renderer::Look> {
     let mut look = match wanted.shade {
         Shade::Flat => renderer::Look::flat(),
         Shade::Matte { ambient } => {
@@ -87,8 +89,10 @@ fn facade(wanted: &Wanted) -> Option<renderer::Look> {
     if wanted.transparent {
         look = look.transparent();
     }
-    if let Some(depths) = wanted.cue {
-        look = look.depth_cue_between(depths).expect("two depths");
+    match wanted.cue {
+        None => {}
+        Some(depths) if Some(depths) == along => look = look.depth_cue(),
+        Some(depths) => look = look.depth_cue_between(depths).expect("two depths"),
     }
     if let Some(outline) = &wanted.outline {
         look = look.outline(outline.width).expect("a width").outline_color(outline.color);
@@ -105,26 +109,26 @@ fn facade(wanted: &Wanted) -> Option<renderer::Look> {
 }
 
 /// The same in the numbers that follow from it.
-fn inner(wanted: &Wanted) -> look::Look {
+fn inner(wanted: &Wanted) -> Style {
     let byte = |x: u32| u8::try_from(x).expect("of 255");
-    look::Look {
+    Style {
         background: wanted.background,
         transparent: wanted.transparent,
         aa: wanted.aa,
-        space: if wanted.encoded { look::Space::Encoded } else { look::Space::Linear },
+        space: if wanted.encoded { style::Space::Encoded } else { style::Space::Linear },
         shade: match wanted.shade {
-            Shade::Flat => look::Shade::Flat,
-            Shade::Matte { ambient } => look::Shade::Matte { ambient: byte(ambient) },
-            Shade::Soft { strength, .. } => look::Shade::Soft { strength: byte(strength) },
+            Shade::Flat => style::Shade::Flat,
+            Shade::Matte { ambient } => style::Shade::Matte { ambient: byte(ambient) },
+            Shade::Soft { strength, .. } => style::Shade::Soft { strength: byte(strength) },
         },
         cue: wanted.cue,
-        outline: wanted.outline.as_ref().map(|outline| look::Outline {
+        outline: wanted.outline.as_ref().map(|outline| style::Outline {
             width: outline.width,
             color: outline.color,
             between: match outline.by {
-                By::Jump => look::Between::Jumps,
-                By::Sphere => look::Between::Spheres,
-                By::Groups(_) => look::Between::Groups,
+                By::Jump => style::Between::Jumps,
+                By::Sphere => style::Between::Spheres,
+                By::Groups(_) => style::Between::Groups,
             },
             jump: outline.jump,
         }),
@@ -134,11 +138,11 @@ fn inner(wanted: &Wanted) -> look::Look {
 /// Draws with an engine and resolves, without the library.
 fn resolve(engine: &mut Engine, trial: &Trial, wanted: &Wanted) -> Vec<[u8; 4]> {
     let Trial { case: Case { scene, view, .. }, region, known, .. } = trial;
-    let look = inner(wanted);
-    let raster = look.samples(view);
+    let style = inner(wanted);
+    let raster = style.samples(view);
     let truth = Truth::new(&raster, scene.bounds());
     let columns = Columns { groups: Some(&known.groups), openness: Some(&known.openness) };
-    let resolver = Resolver::new(scene, &truth, &look, columns);
+    let resolver = Resolver::new(scene, &truth, &style, columns);
     let ids = engine.draw(scene, &raster, resolver.samples(*region)).expect("it is drawn").ids;
     let mut pixels = vec![[0; 4]; region.pixels()];
     resolver.pixels(*region, &ids, &mut pixels).expect("as many as asked for");
@@ -170,7 +174,7 @@ impl Devices {
 
     /// The picture as each device draws it.
     fn draw(&mut self, trial: &Trial, wanted: &Wanted) -> Vec<(&'static str, Vec<[u8; 4]>)> {
-        let Some(look) = facade(wanted) else {
+        let Some(look) = facade(wanted, trial.along) else {
             let skipping = ("the CPU, skipping", resolve(&mut self.skipping, trial, wanted));
             return vec![skipping, ("a GPU", resolve(&mut self.any_gpu, trial, wanted))];
         };
@@ -313,8 +317,21 @@ fn every_look_from_every_camera_is_the_judges() {
 
 // ---- Random looks of many scenes ----
 
+/// The depths between which a scene lies, unless it is a large one.
+fn scene_cue(case: &Case) -> Option<[f64; 2]> {
+    let found = (case.scene.len() <= 1000).then(|| along(&case.scene, &case.view));
+    // Where all is at one depth, or beyond f64, they are no two depths.
+    found.flatten().filter(|[near, far]| near < far)
+}
+
 /// A look of random numbers.
-fn random_look(aa: u32, known: &Known, lengths: &[f64], random: &mut Random) -> Wanted {
+fn random_look(
+    aa: u32,
+    known: &Known,
+    lengths: &[f64],
+    along: Option<[f64; 2]>,
+    random: &mut Random,
+) -> Wanted {
     let color = |random: &mut Random| [(); 3].map(|()| random.below(256) as u8);
     let length = |random: &mut Random| lengths[random.below(lengths.len() as u64) as usize];
     let shade = match random.below(4) {
@@ -328,6 +345,9 @@ fn random_look(aa: u32, known: &Known, lengths: &[f64], random: &mut Random) -> 
         let (a, b) = (length(random), length(random));
         let a = if random.below(6) == 0 { -a } else { a };
         cue = (a != b).then_some([a.min(b), a.max(b)]);
+        if random.below(3) == 0 {
+            cue = along;
+        }
     }
     let mut outline = None;
     if random.below(2) == 0 {
@@ -383,6 +403,7 @@ fn random_looks(cases: Vec<Case>) {
                 _ => corpus::lengths(&case, random),
             };
             let few = case.scene.len() > 1000;
+            let scene_cue = scene_cue(&case);
             [1, [4, 4, 2, 8][random.below(4) as usize]].map(|aa: u32| {
                 let size = match (aa, few) {
                     (1, false) => [20, 15],
@@ -391,7 +412,8 @@ fn random_looks(cases: Vec<Case>) {
                 };
                 let known = Known::new(case.scene.len(), random);
                 let region = part(&case.view, size, random);
-                let looks = (0..2).map(|_| random_look(aa, &known, &lengths, random)).collect();
+                let looks =
+                    (0..2).map(|_| random_look(aa, &known, &lengths, scene_cue, random)).collect();
                 Trial::new(case.clone(), region, known, looks)
             })
         })

@@ -67,13 +67,18 @@ fn byte(linear: f64) -> u8 {
     let y = linear / 65535.0;
     let x = if y <= 0.0031308 { 12.92 * y } else { 1.055 * y.powf(1.0 / 2.4) - 0.055 };
     let exact = 255.0 * x;
-    assert!((exact.fract() - 0.5).abs() > 1e-3, "{exact} is too near a threshold");
+    assert!((exact.fract() - 0.5).abs() > 1e-6, "{exact} is too near a threshold");
     exact.round() as u8
+}
+
+/// `G` of a headlight level.
+fn glow(level: u32) -> u32 {
+    (level * level + 127) / 255
 }
 
 /// White at a headlight level, without ambient light.
 fn lit(level: u32) -> u8 {
-    byte(65535.0 * f64::from(255 * level) / 65025.0)
+    byte(65535.0 * f64::from(255 * glow(level)) / 65025.0)
 }
 
 fn matte(aa: u32) -> Wanted {
@@ -101,10 +106,10 @@ fn the_headlight_has_levels() {
         assert_eq!(at(x, z), gray(0), "a tangent is level 0, and a hit");
     }
     assert_eq!(at(5, 1), gray(0));
-    // Ambient light: 255 A + (255 - A) L.
+    // Ambient light: 255 A + (255 - A) G.
     let wanted = Wanted { shade: Shade::Matte { ambient: 100 }, ..flat(1) };
     let got = draw(&[ball(9.0, 0.0, 0.0, 5.0)], &view, &wanted);
-    let want = byte(65535.0 * f64::from(255 * 100 + 155 * 153) / 65025.0);
+    let want = byte(65535.0 * f64::from(255 * 100 + 155 * glow(153)) / 65025.0);
     assert_eq!(got[5 * 11 + 9], gray(want));
     assert_eq!(got[5 * 11 + 10], gray(byte(65535.0 * 100.0 / 255.0)), "a tangent");
     // From inside, the normal is turned: the same levels.
@@ -157,7 +162,7 @@ fn a_sphere_is_shaded_once_in_a_pixel() {
     assert_eq!(got, gray(byte(65535.0 * 5.0 / 9.0)), "five samples of level 255");
     // Not met in the middle: above it comes first, 1 from (0, 2) and so cos 3/5 for 5/4.
     let got = middle(&[ball(9.0, 0.0, 2.0, 1.25)], &view, &matte(3));
-    let one = 65535.0 * f64::from(255 * 153) / 65025.0;
+    let one = 65535.0 * f64::from(255 * glow(153)) / 65025.0;
     assert_eq!(got, gray(byte(one.round() / 9.0)));
 }
 

@@ -10,7 +10,12 @@ use planisphere_core::{
 };
 use rayon::prelude::*;
 
-use super::{Hit, Judge, interval::split, levels::Place, srgb};
+use super::{
+    Hit, Judge,
+    interval::{Fixed, split},
+    levels::Place,
+    srgb,
+};
 
 /// How a sphere's colour is shaded.
 #[derive(Clone, Debug)]
@@ -78,6 +83,28 @@ pub struct Wanted {
 /// Alpha is 255 if the background is not transparent.
 pub fn picture(scene: &Scene, view: &View, region: Region, wanted: &Wanted) -> Vec<[u8; 4]> {
     Samples::new(scene, view, region, &[wanted]).picture(wanted)
+}
+
+/// The depths of a cue without any given: from where the box of a scene begins, along the view.
+/// None where the view direction's nearest f64 are not certain.
+pub fn along(scene: &Scene, view: &View) -> Option<[f64; 2]> {
+    let judge = Judge::new(scene, view);
+    let [x, y, z] = judge.axes(2)[2].each_ref().map(Fixed::nearest);
+    let forward = [x?, y?, z?];
+    let of = |k: usize, better: fn(f64, f64) -> f64| {
+        let all = judge.spheres.iter().map(|sphere| sphere.0[k]);
+        all.reduce(better).unwrap_or(0.0)
+    };
+    let ends = [0, 1, 2].map(|k| [of(k, f64::min), of(k, f64::max)]);
+    let radius = judge.spheres.iter().map(|sphere| sphere.1).fold(0.0, f64::max);
+    let dot = |v: [f64; 3], w: [f64; 3]| v[0] * w[0] + v[1] * w[1] + v[2] * w[2];
+    let away = [0, 1, 2].map(|k| 0.5 * ends[k][0] + 0.5 * ends[k][1] - judge.origin[k]);
+    let half = ends.map(|[least, most]| 0.5 * most - 0.5 * least);
+    let depth = dot(away, forward);
+    let reach = dot(half, forward.map(f64::abs)) + radius;
+    let [near, far] = [depth - reach, depth + 4.0 * reach];
+    let finite = near.is_finite() && far.is_finite();
+    Some(if finite { [near, far] } else { [0.0, f64::MAX] })
 }
 
 /// How many samples beyond the border an edge that matters may reach.
@@ -200,7 +227,8 @@ impl Samples {
         let factor = match &wanted.shade {
             Shade::Flat => full,
             Shade::Matte { ambient } => {
-                255 * ambient + (255 - ambient) * self.judge.light(place, hit)
+                let level = self.judge.light(place, hit);
+                255 * ambient + (255 - ambient) * ((level * level + 127) / 255)
             }
             Shade::Soft { strength, openness } => {
                 full - strength * (255 - u32::from(openness[hit.sphere]))

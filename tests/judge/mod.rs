@@ -211,7 +211,7 @@ impl Judge {
             .map(|i| scene.sphere(i).unwrap())
             .map(|s| (s.center.to_array(), s.radius))
             .collect();
-        // Samples beyond the border on both sides leave the middle, and so every sample, where it is.
+        // Samples beyond the border on both sides leave the middle, and so all others, where it is.
         let (pixels, margin) = ([view.image.width, view.image.height], view.margin);
         let [columns, rows] = pixels.map(|side| side - 2 * margin);
         let [across, down] = match camera.size {
