@@ -152,7 +152,10 @@ fn a_sphere_is_shaded_once_in_a_pixel() {
     // tangent, of level 0.
     let moved = ball(9.0, -0.5, -0.5, 1.0);
     assert_eq!(middle(&[moved], &view, &matte(2)), gray(0));
-    // A hair larger it is level 0 as well, but the lower left one comes third.
+    // Of upper right and lower left, at 0.75 and more than 1, the first row's: its cos is 0.7806.
+    let moved = ball(9.0, -0.5, -0.25, 1.2);
+    let upper = 0.75 * 257.0 * f64::from(glow(199));
+    assert_eq!(middle(&[moved], &view, &matte(2)), gray(byte(upper)));
     let (upper_right, lower_left) = (ball(9.0, -0.5, 0.5, 0.5), ball(9.0, 0.5, -0.5, 0.5));
     let got = middle(&[upper_right, lower_left], &view, &matte(2));
     assert_eq!(got, gray(byte(65535.0 * 0.5)), "each sphere for itself");
