@@ -117,9 +117,12 @@ fn inner(wanted: &Wanted) -> Style {
         aa: wanted.aa,
         space: if wanted.encoded { style::Space::Encoded } else { style::Space::Linear },
         shade: match wanted.shade {
-            Shade::Flat => style::Shade::Flat,
+            Shade::Flat | Shade::Soft { .. } => style::Shade::Flat,
             Shade::Matte { ambient } => style::Shade::Matte { ambient: byte(ambient) },
-            Shade::Soft { strength, .. } => style::Shade::Soft { strength: byte(strength) },
+        },
+        occlusion: match wanted.shade {
+            Shade::Soft { strength, .. } => Some(byte(strength)),
+            Shade::Flat | Shade::Matte { .. } => None,
         },
         cue: wanted.cue,
         outline: wanted.outline.as_ref().map(|outline| style::Outline {

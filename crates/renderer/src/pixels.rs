@@ -1,6 +1,6 @@
 //! Pixels of a look that takes more than ids: samples are drawn piece by piece, and resolved.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use planisphere_core::{
     camera::{MAX_SIDE, Region, View},
@@ -14,7 +14,7 @@ use planisphere_image::{
     style::Style,
 };
 
-use crate::{Error, Request, engine::Engine, renderer::device_error};
+use crate::{Error, Request, engine::Engine, openness::openness, renderer::device_error};
 
 /// Samples that are drawn at a time, about.
 const SAMPLES: u32 = 4 << 20;
@@ -42,6 +42,7 @@ pub(crate) struct Pixels<'a> {
     /// Bands of all that is drawn, and whether any was.
     bands: usize,
     begun: bool,
+    openness: Option<Arc<[u8]>>,
 }
 
 impl<'a> Pixels<'a> {
@@ -51,7 +52,7 @@ impl<'a> Pixels<'a> {
         let style = request.look.style(&of_pixels, &core.bounds());
         let view = style.samples(&of_pixels);
         let truth = Truth::new(&view, core.bounds());
-        let mut all = Self { request, style, view, truth, bands: 0, begun: false };
+        let mut all = Self { request, style, view, truth, bands: 0, begun: false, openness: None };
         let resolver = all.resolver();
         let pieces = all.pieces(request.region);
         all.bands = pieces.iter().map(|piece| cpu::bands(resolver.samples(*piece))).sum();
@@ -59,7 +60,16 @@ impl<'a> Pixels<'a> {
     }
 
     fn resolver(&self) -> Resolver<'_> {
-        Resolver::new(self.request.scene.core(), &self.truth, &self.style, Columns::default())
+        let columns = Columns { openness: self.openness.as_deref(), ..Columns::default() };
+        Resolver::new(self.request.scene.core(), &self.truth, &self.style, columns)
+    }
+
+    /// Finds what the look needs to know of the scene, before anything is drawn.
+    fn prepare(&mut self, engine: &mut Engine, control: &Control) -> Result<(), Error> {
+        if self.request.look.needs_openness() && self.openness.is_none() {
+            self.openness = Some(openness(engine, &self.request.scene, control)?);
+        }
+        Ok(())
     }
 
     /// Pieces of a region, of about [`SAMPLES`] samples each.
@@ -96,6 +106,10 @@ impl<'a> Pixels<'a> {
         ids: &mut [i32],
     ) -> Result<Spent, Error> {
         let mut spent = Spent::default();
+        let needs = self.request.look.needs_openness() && self.openness.is_none();
+        let middle = if needs { 0.5 } else { 0.0 };
+        self.prepare(engine, &control.part([0.0, middle]))?;
+        let control = &control.part([middle, 1.0]);
         let scene = &self.request.scene;
         let pieces = self.pieces(region);
         let mut part = Vec::new();
