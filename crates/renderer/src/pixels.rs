@@ -16,8 +16,11 @@ use planisphere_image::{
 
 use crate::{Error, Request, engine::Engine, openness::openness, renderer::device_error};
 
-/// Samples that are drawn at a time, about.
-const SAMPLES: u32 = 4 << 20;
+/// Samples that are drawn at a time, about: few stay in the caches, and each time all spheres are
+/// looked at.
+const SAMPLES: [u32; 2] = [1 << 20, 4 << 20];
+/// Samples for each sphere, between these.
+const PER_SPHERE: usize = 8;
 /// A piece is of so many rows of samples, or a multiple, where it is not more than that: tiles are
 /// not cut.
 const TILE: u32 = 64;
@@ -72,11 +75,14 @@ impl<'a> Pixels<'a> {
         Ok(())
     }
 
-    /// Pieces of a region, of about [`SAMPLES`] samples each.
+    /// Pieces of a region, of about as many samples each as [`SAMPLES`] has.
     fn pieces(&self, region: Region) -> Vec<Region> {
         let (n, around) = (self.view.per_pixel, 2 * self.view.margin);
         let across = region.width.min((MAX_SIDE - around) / n);
-        let rows = (SAMPLES / (across * n + around)).saturating_sub(around).max(1);
+        let [least, most] = SAMPLES;
+        let wanted = PER_SPHERE.saturating_mul(self.request.scene.core().len());
+        let samples = (wanted.min(most as usize) as u32).max(least);
+        let rows = (samples / (across * n + around)).saturating_sub(around).max(1);
         let rows = if rows >= TILE { rows / TILE * TILE } else { rows };
         let down = (rows / n).max(1);
         let mut pieces = Vec::new();
