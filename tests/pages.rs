@@ -52,7 +52,8 @@ fn looks() {
     assert!(run("looks", folder.path(), page) >= 14);
     let at = |name: &str| fs::read(folder.path().join(name)).expect("a picture");
     // Each of these changes the picture.
-    let names = ["flat", "matte", "soft", "illustrative", "smooth", "encoded", "lines", "all-lines"];
+    let names =
+        ["flat", "matte", "soft", "illustrative", "smooth", "encoded", "lines", "all-lines"];
     let pictures = names.map(|name| at(&format!("{name}.png")));
     for (k, one) in pictures.iter().enumerate() {
         let same = pictures[..k].iter().position(|other| other == one);

@@ -92,20 +92,35 @@ fn found(engine: &mut Engine, scene: &Scene, control: &Control) -> Result<Arc<[u
         });
         engine.lend(drawing.ids);
     }
-    let open = seen.par_iter().enumerate().map(|(index, seen)| {
+    let parts = seen.par_iter().enumerate().map(|(index, seen)| {
         let seen = u64::from(seen.load(Ordering::Relaxed)) * PARTS;
-        level(seen, around.area(core.known(index).radius))
+        part(seen, around.area(core.known(index).radius))
     });
-    Ok(open.collect::<Vec<u8>>().into())
+    Ok(levels(parts.collect()))
 }
 
-/// How open what shows `seen` of `area` pixels is, both in parts.
-fn level(seen: u64, area: u64) -> u8 {
+/// Of 1024, the part that shows `seen` of `area` pixels, both in parts; 0 where nothing is seen.
+fn part(seen: u64, area: u64) -> u32 {
     let lacking = FEW.saturating_sub(area);
-    let part = (1024 * (seen + lacking / 2) / (area + lacking).max(1)).min(1024);
-    // Half of the disc is what a sphere on a flat surface shows.
-    let bright = (4 * part / 3).min(1024);
-    (bright * 255 * 255 / 1024).isqrt() as u8
+    let part = 1024 * (seen + lacking / 2) / (area + lacking).max(1);
+    if seen == 0 { 0 } else { part.clamp(1, 1024) as u32 }
+}
+
+/// How open spheres are that show these parts: against one that is more open than nine tenths of
+/// all that show any.
+fn levels(parts: Vec<u32>) -> Arc<[u8]> {
+    let mut counts = [0usize; 1025];
+    parts.iter().for_each(|part| counts[*part as usize] += 1);
+    let shown: usize = counts[1..].iter().sum();
+    let mut left = 9 * shown / 10;
+    let open = counts[1..].iter().position(|&count| {
+        let found = left < count;
+        left = left.saturating_sub(count);
+        found
+    });
+    let open = open.map_or(1024, |below| below as u32 + 1);
+    let level = |part: &u32| (255 * 255 * (*part).min(open) / open).isqrt() as u8;
+    parts.par_iter().map(level).collect::<Vec<u8>>().into()
 }
 
 /// What the pictures have in common.
@@ -188,6 +203,8 @@ mod tests {
         assert!(alone == 255 && corner > 200, "{corner} {alone}");
         assert!((120..250).contains(&face) && face < corner, "{face} {corner}");
         assert!(middle < 90, "{middle}");
+        assert_eq!(*levels(vec![0, 256, 512, 1024, 1024]), [0, 127, 180, 255, 255]);
+        assert_eq!(*levels(vec![0, 0]), [0, 0]);
         centers.reverse();
         let mut reversed = open(&centers).to_vec();
         reversed.reverse();
