@@ -13,7 +13,6 @@ mod kind;
 pub mod png;
 #[cfg(feature = "pictures")]
 mod qoi;
-mod read;
 mod sniff;
 #[cfg(feature = "pictures")]
 mod tiff;
@@ -27,10 +26,7 @@ use std::{
     io::{self, Write},
 };
 
-pub use self::{
-    kind::{Kind, UnknownEnding},
-    read::{Golden, ReadError, png_size, read_png},
-};
+pub use self::kind::{Kind, UnknownEnding};
 use crate::png::invalid;
 
 /// What a picture is beside its pixels.
