@@ -12,6 +12,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use super::bench::BenchArgs;
 use super::{
     Failure,
+    about::AboutArgs,
     camera::CameraArgs,
     convert::ConvertArgs,
     info::InfoArgs,
@@ -170,6 +171,9 @@ pub(super) struct RenderArgs {
     /// /dev/stdout and /dev/fd/3 are written to where they stand.
     #[arg(short, long, value_name = "OUT", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
+
+    #[command(flatten)]
+    about: AboutArgs,
 
     /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
     ///
@@ -334,6 +338,9 @@ pub(super) struct MergeArgs {
     )]
     output: PathBuf,
 
+    #[command(flatten)]
+    about: AboutArgs,
+
     /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
     ///
     /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read
@@ -386,7 +393,8 @@ impl MergeArgs {
     pub fn request(self) -> Result<MergeRequest, Failure> {
         let picture = (self.output != Path::new("none")).then(|| Target::from_arg(&self.output));
         let arrays = [self.ids, self.depth, self.visibility];
-        let sinks = checked(sinks(picture, self.palette, arrays, 0), self.stats)?;
+        let mut sinks = checked(sinks(picture, self.palette, arrays, 0), self.stats)?;
+        self.about.apply(&mut sinks, Vec::new())?;
         Ok(MergeRequest { parts: self.parts, sinks, region: self.region, stats: self.stats })
     }
 }
@@ -419,7 +427,8 @@ impl RenderArgs {
         };
         let arrays = [self.ids, self.depth, self.visibility];
         let sinks = sinks(output, self.palette, arrays, self.first_index);
-        let sinks = checked(sinks, self.stats)?;
+        let mut sinks = checked(sinks, self.stats)?;
+        self.about.apply(&mut sinks, self.reading.words())?;
         let Self { scene, explain, picture, stats, reading, camera, .. } = self;
         Ok(RenderRequest { scene, sinks, explain, picture, stats, reading, camera })
     }

@@ -18,6 +18,7 @@ use planisphere_core::{
 
 use crate::{
     Paint,
+    form::{Form, Sum},
     linear::Encoder,
     outline::Lines,
     shaded::{Cache, Linear, Spheres, linear},
@@ -74,15 +75,15 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The pixels of a region: sRGB and straight alpha. `ids` are those of [`Self::samples`].
+    /// The pixels of a region, in any form. `ids` are those of [`Self::samples`].
     ///
     /// # Errors
     /// When there are not as many ids, or pixels, or an id is none of the scene's spheres.
-    pub fn pixels(
+    pub fn pixels<P: Form>(
         &self,
         pixels: Region,
         ids: &[i32],
-        to: &mut [[u8; 4]],
+        to: &mut [P],
     ) -> Result<(), PlaneError> {
         let region = self.samples(pixels);
         if ids.len() != region.pixels() {
@@ -97,29 +98,24 @@ impl<'a> Resolver<'a> {
             Lines::new(&outline, width, &self.spheres, region, ids)
         });
         let width = pixels.width as usize;
-        let begin = || Rows::new(self, region, ids, lines.as_ref());
+        let tables = P::tables(&self.encoder);
+        let begin = || Rows::<P>::new(self, tables, region, ids, lines.as_ref());
         let rows = to.par_chunks_mut(width).with_min_len(ROWS).enumerate();
         rows.for_each_init(begin, |rows, (row, to)| rows.row(row, to));
         Ok(())
     }
 
-    /// The pixel of one linear colour that covers it.
-    #[inline(always)]
-    fn whole(&self, color: Linear) -> [u8; 4] {
-        let [r, g, b] = color.map(|value| self.encoder.byte(value));
-        [r, g, b, 255]
-    }
-
     /// A pixel of no sphere.
-    fn empty(&self) -> [u8; 4] {
-        let [r, g, b] = self.style.background;
-        [r, g, b, if self.style.transparent { 0 } else { 255 }]
+    fn empty<P: Form>(&self, tables: P::Tables<'_>) -> P {
+        let color = self.spheres.background();
+        if self.style.transparent { P::clear(tables, color) } else { P::whole(tables, color) }
     }
 }
 
 /// Makes rows of pixels.
-struct Rows<'a, 'b> {
+struct Rows<'a, 'b, P: Form> {
     of: &'a Resolver<'b>,
+    tables: P::Tables<'a>,
     region: Region,
     ids: &'a [i32],
     lines: Option<&'a Lines>,
@@ -134,16 +130,22 @@ struct Rows<'a, 'b> {
     met: Vec<Met>,
 }
 
-impl<'a, 'b> Rows<'a, 'b> {
-    fn new(of: &'a Resolver<'b>, region: Region, ids: &'a [i32], lines: Option<&'a Lines>) -> Self {
+impl<'a, 'b, P: Form> Rows<'a, 'b, P> {
+    fn new(
+        of: &'a Resolver<'b>,
+        tables: P::Tables<'a>,
+        region: Region,
+        ids: &'a [i32],
+        lines: Option<&'a Lines>,
+    ) -> Self {
         let cache = of.spheres.cache();
         let (levels, colors, first) = (Vec::new(), Vec::new(), Vec::new());
         let (mixed, met) = (Vec::new(), Vec::new());
-        Self { of, region, ids, lines, cache, levels, colors, first, mixed, met }
+        Self { of, tables, region, ids, lines, cache, levels, colors, first, mixed, met }
     }
 
     /// A row of pixels, counted from the first of the region.
-    fn row(&mut self, row: usize, to: &mut [[u8; 4]]) {
+    fn row(&mut self, row: usize, to: &mut [P]) {
         let n = self.of.view.per_pixel as usize;
         match n {
             1 => self.compare::<1>(row, to.len()),
@@ -171,7 +173,7 @@ impl<'a, 'b> Rows<'a, 'b> {
             } else if id != NONE {
                 self.run(id, [start, row], pixels);
             } else {
-                pixels.fill(self.of.empty());
+                pixels.fill(self.of.empty(self.tables));
             }
             start = end;
         }
@@ -210,8 +212,8 @@ impl<'a, 'b> Rows<'a, 'b> {
     }
 
     /// Pixels side by side, all of one sphere.
-    fn run(&mut self, id: i32, at: [usize; 2], pixels: &mut [[u8; 4]]) {
-        let of = self.of;
+    fn run(&mut self, id: i32, at: [usize; 2], pixels: &mut [P]) {
+        let (of, tables) = (self.of, self.tables);
         let count = if self.cache.is_even() { 1 } else { pixels.len() };
         self.colors.clear();
         self.colors.resize(count, [0; 3]);
@@ -219,10 +221,10 @@ impl<'a, 'b> Rows<'a, 'b> {
         let stride = of.view.per_pixel;
         self.cache.colors(id, [x, y], stride, &mut self.levels, &mut self.colors);
         match *self.colors {
-            [color] => pixels.fill(of.whole(color)),
+            [color] => pixels.fill(P::whole(tables, color)),
             _ => {
                 for (to, &color) in pixels.iter_mut().zip(&self.colors) {
-                    *to = of.whole(color);
+                    *to = P::whole(tables, color);
                 }
             }
         }
@@ -234,7 +236,7 @@ impl<'a, 'b> Rows<'a, 'b> {
     }
 
     /// A pixel of several kinds of samples.
-    fn sum(&mut self, at: [usize; 2]) -> [u8; 4] {
+    fn sum(&mut self, at: [usize; 2]) -> P {
         let (of, corner) = (self.of, self.corner(at));
         let (mut lines, mut none) = (0, 0);
         self.met.clear();
@@ -263,7 +265,7 @@ impl<'a, 'b> Rows<'a, 'b> {
             colors.extend(color);
         }
         let covered = met.iter().map(|met| met.count).zip(colors.iter().copied());
-        let pixel = of.mean(covered.chain([(lines, of.line)]), none);
+        let pixel = of.mean(self.tables, covered.chain([(lines, of.line)]), none);
         (self.met, self.colors) = (met, colors);
         pixel
     }
@@ -281,7 +283,12 @@ struct Met {
 
 impl Resolver<'_> {
     /// The mean of so many samples of some colours, and of some that are of no sphere.
-    fn mean(&self, covered: impl Iterator<Item = (u32, Linear)>, none: u32) -> [u8; 4] {
+    fn mean<P: Form>(
+        &self,
+        tables: P::Tables<'_>,
+        covered: impl Iterator<Item = (u32, Linear)>,
+        none: u32,
+    ) -> P {
         let Style { transparent, space, .. } = *self.style;
         let behind = (!transparent).then(|| (none, self.spheres.background()));
         let (mut count, mut sum) = (0, [0; 3]);
@@ -291,19 +298,18 @@ impl Resolver<'_> {
                 *sum += samples
                     * match space {
                         Space::Linear => value,
-                        Space::Encoded => self.encoder.byte(value).into(),
+                        Space::Encoded => P::encoded(tables, value),
                     };
             }
         }
         if count == 0 {
-            return self.empty();
+            return self.empty(tables);
         }
-        let [r, g, b] = sum.map(|sum| match space {
-            Space::Linear => self.encoder.mean(sum, count),
-            Space::Encoded => ((2 * sum + count) / (2 * count)) as u8,
-        });
         let all = if transparent { count + none } else { count };
-        let alpha = (2 * 255 * count + all) / (2 * all);
-        [r, g, b, alpha as u8]
+        let samples = Sum { sum, count, all };
+        match space {
+            Space::Linear => P::mean(tables, samples),
+            Space::Encoded => P::mean_encoded(tables, samples),
+        }
     }
 }

@@ -6,6 +6,7 @@
 
 use std::{io::Write, sync::Arc, time::Instant};
 
+pub use crate::about::Metadata;
 use planisphere_core::{
     camera::Region,
     drawing::{Control, Counts, Times},
@@ -14,6 +15,7 @@ use planisphere_core::{
         merge::{Merge, MergeError, Ties},
     },
 };
+use planisphere_image::look::Look;
 use planisphere_io::{
     npy,
     npy::Plane,
@@ -73,6 +75,10 @@ pub struct Sinks {
     pub part: Option<Target>,
     /// Index, in the whole, of the first sphere of the scene: for [`Sinks::part`].
     pub first: u64,
+    /// Pixels per inch that the picture says it has, in formats that hold it ([`Kind::holds_dpi`]).
+    pub dpi: Option<f64>,
+    /// What the picture says of itself, in formats that hold texts; nothing without.
+    pub metadata: Option<Metadata>,
 }
 
 /// What is being done.
@@ -167,7 +173,7 @@ fn rendered(
     let pixels = shaded.then(|| Pixels::new(request)).transpose()?;
     let mut source = Drawn { engine, request, pixels };
     let staged = of_request(request, sinks.first, control, |subject| {
-        write(sinks, subject, &mut report, told, &mut source)
+        write(sinks, &request.look, subject, &mut report, told, &mut source)
     })?;
     Ok((staged, report))
 }
@@ -264,6 +270,7 @@ fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
 /// committed.
 fn write(
     sinks: &Sinks,
+    look: &Look,
     subject: &Subject,
     report: &mut Report,
     told: &mut dyn FnMut(Step),
@@ -279,9 +286,14 @@ fn write(
     let mut png_sink = open(&sinks.picture)?;
     let colors = sinks.picture.as_ref().zip(png_sink.as_mut());
     let shaded = source.shaded();
+    let metadata = sinks.metadata.as_ref().filter(|_| sinks.picture.is_some());
+    let text = metadata.map_or(Vec::new(), |metadata| metadata.texts(subject, look));
+    let Region { width, height, .. } = subject.meta.region;
+    let (size, alpha, dpi) = ([width, height], shaded.unwrap_or(false), sinks.dpi);
+    let about = About { size, alpha, dpi, text: &text, ..About::default() };
     let colors = colors.map(|(target, sink)| match sinks.palette {
-        true => Ok(Colors::palette(target, sink)),
-        false => Colors::rows(target, sink, subject, sinks, shaded),
+        true => Ok(Colors::palette(target, sink, about)),
+        false => Colors::rows(target, sink, subject, sinks.kind, about, shaded.is_some()),
     });
     let colors = colors.transpose()?;
     let by_pixels = shaded.is_some() && colors.is_some();
@@ -509,7 +521,7 @@ enum Form<'a> {
     /// Row by row, as pixels; whether these come, or are ids.
     Pixels(Encoder<&'a mut Sink>, bool),
     /// With a palette, which takes all colours before the first row.
-    Palette { sink: &'a mut Sink, all: Arc<Plane<i32>> },
+    Palette { sink: &'a mut Sink, about: About<'a>, all: Arc<Plane<i32>> },
 }
 
 impl<'a> Colors<'a> {
@@ -518,26 +530,24 @@ impl<'a> Colors<'a> {
         target: &'a Target,
         sink: &'a mut Sink,
         subject: &'a Subject,
-        sinks: &Sinks,
-        shaded: Option<bool>,
+        kind: Kind,
+        about: About,
+        shaded: bool,
     ) -> Result<Self, Error> {
-        let Region { width, height, .. } = subject.meta.region;
-        let (size, alpha) = ([width, height], shaded.unwrap_or(false));
-        let form = if sinks.kind == Kind::Png && shaded.is_none() {
-            let rows = PngRows::new(sink, subject.meta.region, subject.paint());
+        let form = if kind == Kind::Png && !shaded {
+            let rows = PngRows::new(sink, &about, subject.paint());
             Form::Flat(rows.map_err(|error| target.io(error))?)
         } else {
-            let about = About { size, alpha, ..About::default() };
-            let encoder = Encoder::new(sink, sinks.kind, &about);
-            Form::Pixels(encoder.map_err(|error| target.io(error))?, shaded.is_some())
+            let encoder = Encoder::new(sink, kind, &about);
+            Form::Pixels(encoder.map_err(|error| target.io(error))?, shaded)
         };
         Ok(Self { target, form })
     }
 
     /// A picture with a palette.
-    fn palette(target: &'a Target, sink: &'a mut Sink) -> Self {
+    fn palette(target: &'a Target, sink: &'a mut Sink, about: About<'a>) -> Self {
         let all = Arc::new(Plane(Vec::new()));
-        Self { target, form: Form::Palette { sink, all } }
+        Self { target, form: Form::Palette { sink, about, all } }
     }
 
     /// Takes the next ids.
@@ -591,9 +601,8 @@ impl<'a> Colors<'a> {
         match form {
             Form::Flat(rows) => Ok(rows.finish().map_err(|error| target.io(error))?),
             Form::Pixels(encoder, _) => Ok(encoder.finish().map_err(|error| target.io(error))?),
-            Form::Palette { sink, all } => {
-                let written =
-                    png::write_palette_png(sink, subject.meta.region, &all.0, &subject.paint());
+            Form::Palette { sink, about, all } => {
+                let written = png::write_palette_png(sink, &about, &all.0, &subject.paint());
                 written.map_err(|error| match error {
                     PaletteError::Io(error) => target.io(error).into(),
                     PaletteError::TooManyColors => Error::Palette,
@@ -663,8 +672,9 @@ impl<'a> Merging<'a> {
         let Self(merge) = self;
         let (mut report, mut ties) = (Report::default(), Ties::default());
         let mut source = Merged { merge, ties: &mut ties };
+        let look = Look::flat().background(merge.meta().background);
         let staged = merged(merge, &Control::new(), |subject| {
-            write(sinks, subject, &mut report, told, &mut source)
+            write(sinks, &look, subject, &mut report, told, &mut source)
         })?;
         Ok((staged, report, [ties.pairs, ties.exact]))
     }

@@ -11,6 +11,8 @@
 #![forbid(unsafe_code)]
 #![warn(missing_debug_implementations)]
 
+#[cfg(all(feature = "files", feature = "parts"))]
+mod about;
 mod bands;
 mod camera;
 mod engine;

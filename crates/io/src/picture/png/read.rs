@@ -7,9 +7,13 @@ use std::io::{self, BufRead, Seek};
 
 use png::{
     BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Limits, Reader, Transformations,
+    Unit,
 };
 
-use crate::picture::sniff::{FIRST, LFS, sniff};
+use crate::{
+    picture::sniff::{FIRST, LFS, sniff},
+    png::INCH,
+};
 use planisphere_core::text;
 
 /// The first bytes of a PNG.
@@ -34,6 +38,21 @@ pub struct Decoded<T = u8> {
     pub bits: u8,
     /// Its texts by their keys: first those in Latin-1, then compressed ones, then those in UTF-8;
     /// in the order of the file within each.
+    pub text: Vec<(String, String)>,
+}
+
+/// What a PNG says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Whether the file holds alpha, be it of one colour only.
+    pub alpha: bool,
+    /// Bits of a channel, or of an index of its palette: 1, 2, 4, 8 or 16.
+    pub bits: u8,
+    /// Pixels per inch, across and down.
+    pub dpi: Option<[f64; 2]>,
+    /// As of [`Decoded::text`].
     pub text: Vec<(String, String)>,
 }
 
@@ -175,6 +194,30 @@ pub fn size(from: impl BufRead + Seek) -> Result<[u32; 2], ReadError> {
     Ok([header.width, header.height])
 }
 
+/// What a PNG of any kind says of itself. Its pixels are passed over, for its texts may come after
+/// them.
+///
+/// # Errors
+/// When it is no PNG, is damaged or cut short; and the reader's own.
+pub fn header(from: impl BufRead + Seek) -> Result<Header, ReadError> {
+    let mut reader = opened(from)?;
+    reader.finish()?;
+    let info = reader.info();
+    let dpi = info.pixel_dims.filter(|dims| dims.unit == Unit::Meter);
+    Ok(Header {
+        size: [info.width, info.height],
+        alpha: has_alpha(info),
+        bits: info.bit_depth as u8,
+        dpi: dpi.map(|dims| [dims.xppu, dims.yppu].map(|dots| f64::from(dots) * INCH)),
+        text: texts(info)?,
+    })
+}
+
+/// Whether there is alpha, be it of one colour only.
+fn has_alpha(info: &png::Info<'_>) -> bool {
+    info.trns.is_some() || matches!(info.color_type, ColorType::GrayscaleAlpha | ColorType::Rgba)
+}
+
 /// Reads all that comes before the pixels.
 fn opened<R: BufRead + Seek>(from: R) -> Result<Reader<R>, ReadError> {
     let reader = begun(from)?.read_info()?;
@@ -229,8 +272,7 @@ fn pixels<T: Sample, R: BufRead + Seek>(
 ) -> Result<Decoded<T>, ReadError> {
     let info = reader.info();
     let (size, bits) = ([info.width, info.height], info.bit_depth as u8);
-    let alpha = info.trns.is_some()
-        || matches!(info.color_type, ColorType::GrayscaleAlpha | ColorType::Rgba);
+    let alpha = has_alpha(info);
     let count = u64::from(size[0]) * u64::from(size[1]);
     let bytes = count.saturating_mul(size_of::<[T; 4]>() as u64);
     let too_large = || ReadError::TooLarge { size, bytes, most };
