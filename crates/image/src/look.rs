@@ -315,6 +315,11 @@ impl Look {
         Some(self.cue.unwrap_or(usual)).filter(|cue| *cue != Cue::None)
     }
 
+    /// Whether samples are averaged as sRGB bytes.
+    pub fn is_encoded(&self) -> bool {
+        self.space == Space::Encoded
+    }
+
     /// Whether lines go by groups.
     pub fn needs_groups(&self) -> bool {
         self.lines().is_some_and(|line| line.between == Between::Groups)

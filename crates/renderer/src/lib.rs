@@ -30,6 +30,8 @@ mod picture;
 mod pixels;
 #[cfg(all(feature = "files", feature = "parts"))]
 mod plan;
+#[cfg(all(feature = "files", feature = "parts"))]
+mod planes;
 #[cfg(feature = "read")]
 mod read;
 mod renderer;
