@@ -807,8 +807,10 @@ mod tests {
         }
         for (args, word) in [
             (&["b.toml", "-o", "none"][..], "nothing to do"),
-            (&["b.toml", "-o", "b.jpg"], "name it b.png"),
-            (&["b.toml", "-o", "frame.0001"], "name it frame.0001.png"),
+            (&["b.toml", "-o", "b.bmp"], "name it .png"),
+            (&["b.toml", "-o", "frame.0001"], "name it .png"),
+            (&["b.toml", "--planes", "b.npy"], "name it b.npz"),
+            (&["b.toml", "-o", "b.jpg", "--depth16"], "name the picture .png or .tif"),
             (&["b.toml", "--ids", "b.png"], "name it b.npy"),
             (&["b.toml", "--visibility", "b.npy"], "name it b.npz"),
             (&["-"], "-o OUT.png"),
