@@ -565,14 +565,15 @@ src.png; touch m.png
 #[test]
 fn endings_that_are_not_written_are_refused() {
     try_all(&[
-        Case("$P render s.toml -o a.jpg", 2, &["name it a.png"], "! test -e a.jpg"),
-        Case("$P render s.toml -o a.npy", 2, &["name it a.png"], "true"),
+        Case("$P render s.toml -o a.bmp", 2, &["name it .png"], "! test -e a.bmp"),
+        Case("$P render s.toml -o a.npy", 2, &["name it .png"], "true"),
         Case("$P render s.toml --ids a.png", 2, &["name it a.npy"], "! test -e s.png"),
         Case("$P render s.toml --depth a.npz", 2, &["name it a.npy"], "true"),
         Case("$P render s.toml --visibility a.npy", 2, &["name it a.npz"], "true"),
-        Case("$P merge p.npz q.npz -o a.tiff", 2, &["name it a.png"], "true"),
+        Case("$P merge p.npz q.npz -o a.tga", 2, &["name it .png"], "true"),
+        Case("$P merge p.npz q.npz -o a.exr", 2, &["is merged from ids"], "! test -e a.exr"),
         Case("$P bench accuracy --quick --plot a.png", 2, &["name it a.svg"], "true"),
-        Case("$P render s.toml -o frame.0001", 2, &["name it frame.0001.png"], "true"),
+        Case("$P render s.toml -o frame.0001", 2, &["name it .png"], "true"),
         Case("$P render s.toml -o A.PNG && cmp A.PNG want.png", 0, &[], "true"),
         Case("$P render s.toml -o a && cmp a want.png", 0, &[], "true"),
     ]);

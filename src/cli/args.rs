@@ -12,6 +12,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use super::bench::BenchArgs;
 use super::{
     Failure,
+    about::AboutArgs,
     camera::CameraArgs,
     convert::ConvertArgs,
     info::InfoArgs,
@@ -171,6 +172,9 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "OUT", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
 
+    #[command(flatten)]
+    about: AboutArgs,
+
     /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
     ///
     /// The pixels are the same. A picture of more than 256 colours is refused. Some programs read
@@ -178,6 +182,13 @@ pub(super) struct RenderArgs {
     /// which all read alike.
     #[arg(long)]
     palette: bool,
+
+    /// Write 16 bits a channel instead of 8: PNG and TIFF
+    ///
+    /// Shades and means of samples have finer steps; a picture that is named .exr has still finer
+    /// ones.
+    #[arg(long, conflicts_with = "palette")]
+    depth16: bool,
 
     #[command(flatten)]
     picture: PictureArgs,
@@ -191,6 +202,24 @@ pub(super) struct RenderArgs {
     /// width), inf for the background
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     depth: Option<PathBuf>,
+
+    /// Also write the unit vector from the sphere's centre to the point that every pixel shows, in
+    /// the world: .npy, float32 (height, width, 3), zeros for the background
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    normals: Option<PathBuf>,
+
+    /// Also write the point that every pixel shows, in the world: .npy, float32 (height, width, 3),
+    /// NaN for the background
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    positions: Option<PathBuf>,
+
+    /// Also write all of these into one file: .npz with ids, depth, normals and positions
+    ///
+    /// A picture that is named .exr has them as channels, beside its colours in linear light:
+    /// depth.Z, normal.X, normal.Y, normal.Z, position.X, position.Y, position.Z, and id, which is
+    /// 4294967295 for the background.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    planes: Option<PathBuf>,
 
     /// Also write what `planisphere merge` needs to merge this picture with others: .npz, see
     /// `planisphere merge --help`
@@ -266,6 +295,7 @@ fn checked(mut sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
         let (what, ending) = match option {
             "-o" => continue,
             "--visibility" => ("a part", "npz"),
+            "--planes" => ("an archive", "npz"),
             _ => ("an array", "npy"),
         };
         target.check_ending(option, what, ending)?;
@@ -282,10 +312,23 @@ fn checked(mut sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
             "--palette is for PNG; leave it out, or name the picture .png".into(),
         ));
     }
+    if sinks.depth16 && !(sinks.picture.is_some() && sinks.kind.holds_depth16()) {
+        let words = match &sinks.picture {
+            None => "--depth16 is of the picture, and -o none writes none; leave one out".into(),
+            Some(_) if sinks.kind == Kind::Exr => {
+                "--depth16 is for PNG and TIFF; OpenEXR has 32 bits a channel: leave it out".into()
+            }
+            Some(_) => format!(
+                "--depth16: {} has 8 bits a channel; name the picture .png or .tif, or leave it out",
+                sinks.kind.name()
+            ),
+        };
+        return Err(Failure::Usage(words));
+    }
     if named(&sinks).is_empty() && !text {
         return Err(Failure::Usage(
-            "-o none leaves nothing to do; add --ids, --depth, --visibility or --stats, or name a \
-             picture"
+            "-o none leaves nothing to do; add --ids, --depth, --normals, --positions, --planes, \
+             --visibility or --stats, or name a picture"
                 .into(),
         ));
     }
@@ -298,6 +341,9 @@ pub(super) fn named(sinks: &Sinks) -> Vec<(&'static str, &Target)> {
         ("-o", &sinks.picture),
         ("--ids", &sinks.ids),
         ("--depth", &sinks.depth),
+        ("--normals", &sinks.normals),
+        ("--positions", &sinks.positions),
+        ("--planes", &sinks.planes),
         ("--visibility", &sinks.part),
     ];
     all.into_iter().filter_map(|(option, target)| Some((option, target.as_ref()?))).collect()
@@ -333,6 +379,9 @@ pub(super) struct MergeArgs {
         value_hint = clap::ValueHint::FilePath
     )]
     output: PathBuf,
+
+    #[command(flatten)]
+    about: AboutArgs,
 
     /// Write the PNG with a palette, of 1, 2, 4 or 8 bits a pixel, instead of as RGB
     ///
@@ -386,7 +435,8 @@ impl MergeArgs {
     pub fn request(self) -> Result<MergeRequest, Failure> {
         let picture = (self.output != Path::new("none")).then(|| Target::from_arg(&self.output));
         let arrays = [self.ids, self.depth, self.visibility];
-        let sinks = checked(sinks(picture, self.palette, arrays, 0), self.stats)?;
+        let mut sinks = checked(sinks(picture, self.palette, arrays, 0), self.stats)?;
+        self.about.apply(&mut sinks, Vec::new())?;
         Ok(MergeRequest { parts: self.parts, sinks, region: self.region, stats: self.stats })
     }
 }
@@ -418,8 +468,13 @@ impl RenderArgs {
             None => Some(Target::File(default_output(&self.scene)?)),
         };
         let arrays = [self.ids, self.depth, self.visibility];
-        let sinks = sinks(output, self.palette, arrays, self.first_index);
-        let sinks = checked(sinks, self.stats)?;
+        let mut sinks = sinks(output, self.palette, arrays, self.first_index);
+        sinks.depth16 = self.depth16;
+        let planes = [self.normals, self.positions, self.planes];
+        [sinks.normals, sinks.positions, sinks.planes] =
+            planes.map(|path| path.as_deref().map(Target::from_arg));
+        let mut sinks = checked(sinks, self.stats)?;
+        self.about.apply(&mut sinks, self.reading.words())?;
         let Self { scene, explain, picture, stats, reading, camera, .. } = self;
         Ok(RenderRequest { scene, sinks, explain, picture, stats, reading, camera })
     }
@@ -752,8 +807,10 @@ mod tests {
         }
         for (args, word) in [
             (&["b.toml", "-o", "none"][..], "nothing to do"),
-            (&["b.toml", "-o", "b.jpg"], "name it b.png"),
-            (&["b.toml", "-o", "frame.0001"], "name it frame.0001.png"),
+            (&["b.toml", "-o", "b.bmp"], "name it .png"),
+            (&["b.toml", "-o", "frame.0001"], "name it .png"),
+            (&["b.toml", "--planes", "b.npy"], "name it b.npz"),
+            (&["b.toml", "-o", "b.jpg", "--depth16"], "name the picture .png or .tif"),
             (&["b.toml", "--ids", "b.png"], "name it b.npy"),
             (&["b.toml", "--visibility", "b.npy"], "name it b.npz"),
             (&["-"], "-o OUT.png"),

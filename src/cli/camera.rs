@@ -70,8 +70,13 @@ pub(super) struct CameraArgs {
     #[arg(long, value_name = "COLOR", value_parser = parse_background)]
     background: Option<Background>,
 
-    /// Scene file whose [camera] is taken
-    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    /// Scene file whose [camera] is taken, or PNG that was drawn by this program: its camera
+    #[arg(
+        long,
+        alias = "camera-from",
+        value_name = "FILE",
+        value_hint = clap::ValueHint::FilePath
+    )]
     camera: Option<PathBuf>,
 }
 

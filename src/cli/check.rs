@@ -28,7 +28,7 @@ use super::{
 use planisphere_io::{
     npy,
     output::{OutputError, Staged, Target, commit},
-    picture::Golden,
+    picture::png::Decoded,
     png, text,
 };
 use planisphere_renderer::{Compared, Error, Picture, Renderer, shown};
@@ -283,7 +283,7 @@ fn one(asked: &CheckRequest, scene: &Checked, renderer: &Renderer) -> (Outcome, 
 struct Found {
     pixels: u64,
     /// With the golden, where it has the size of the picture.
-    picture: Option<(Finding<Pixel>, Option<Golden>)>,
+    picture: Option<(Finding<Pixel>, Option<Decoded>)>,
     ids: Option<Finding<IdPixel>>,
     written: Vec<String>,
 }
@@ -333,7 +333,7 @@ enum Plane<'a> {
     /// As it is drawn.
     Picture,
     /// Where it differs from a golden.
-    Diff(&'a Golden),
+    Diff(&'a Decoded),
     /// As they are drawn.
     Ids,
 }

@@ -1,11 +1,14 @@
 //! `planisphere info`: what is in a file; without one, which devices there are, what each lacks,
 //! and which one `auto` takes.
 
+mod picture;
+
 use std::path::{Path, PathBuf};
 
 use clap::Args as ClapArgs;
 use serde::Serialize;
 
+use self::picture::Picture;
 use super::{
     Failure,
     ends::{Ends, stdout_is_open},
@@ -15,7 +18,7 @@ use super::{
     render::device_words,
 };
 use planisphere_io::{
-    load::{Control, Loaded, Opened, open},
+    load::{Control, Loaded, Opened, header, open},
     particles::{Cell, Column, File, Understood, Values, understand},
 };
 #[cfg(feature = "gpu")]
@@ -25,7 +28,7 @@ use planisphere_renderer::{Device, Renderer};
 /// `info`, as typed.
 #[derive(ClapArgs)]
 pub(super) struct InfoArgs {
-    /// File of particles, or scene file; - for standard input
+    /// File of particles, scene file, or picture (PNG); - for standard input
     #[arg(value_hint = clap::ValueHint::FilePath)]
     file: Option<PathBuf>,
 
@@ -220,6 +223,11 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), Failure> {
     ends.reads(path);
     args.reading.others().for_each(|path| ends.reads(path));
     ends.check()?;
+    if let Some(header) = header(path)? {
+        args.reading.refuse_for_picture(path)?;
+        let picture = Picture::of(path, header);
+        return say_contents(args, &picture, &picture.text());
+    }
     let control = Control::new();
     let progress = Progress::of("reading", &control);
     let options = args.reading.options();
@@ -236,10 +244,15 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), Failure> {
         }
     };
     drop(progress);
+    say_contents(args, &contents, &contents.text())
+}
+
+/// Prints what is in a file, as text or as JSON.
+fn say_contents(args: &InfoArgs, contents: &impl Serialize, text: &str) -> Result<(), Failure> {
     if !args.json {
-        return print(&planisphere_io::text::lines(&contents.text()));
+        return print(&planisphere_io::text::lines(text));
     }
-    let json = serde_json::to_string(&contents).expect("numbers and strings are always JSON");
+    let json = serde_json::to_string(contents).expect("numbers and strings are always JSON");
     print(&format!("{}\n", planisphere_io::text::json(&json)))
 }
 

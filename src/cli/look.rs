@@ -173,3 +173,39 @@ fn parse_cue(text: &str) -> Result<Cue, String> {
     let depths = depths.ok_or("is not NEAR,FAR; write two distances, such as 10,50, or off")?;
     checked(depths, |depths| Look::flat().depth_cue_between(depths)).map(Cue::Between)
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Typed {
+        #[command(flatten)]
+        look: LookArgs,
+    }
+
+    /// The options that a look says it is made by make it, but for its background.
+    #[test]
+    fn options_of_a_look_give_it_back() {
+        let cases: [&[&str]; 7] = [
+            &[],
+            &["--look", "matte", "--ambient", "0.3", "--aa", "1"],
+            &["--look", "soft", "--occlusion-strength", "0.123", "--aa-space", "encoded"],
+            &["--look", "illustrative", "--outline", "0", "--depth-cue=off"],
+            &["--outline", "2.5", "--outline-by", "sphere", "--outline-jump", "0.1"],
+            &["--outline-color", "#010203", "--depth-cue"],
+            &["--depth-cue=-1.5,1e300"],
+        ];
+        let look = |words: &[String]| {
+            let words = ["test".to_owned()].iter().chain(words).cloned().collect::<Vec<_>>();
+            Typed::try_parse_from(words).unwrap().look.apply(Look::flat()).unwrap()
+        };
+        for case in cases {
+            let typed = look(&case.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>());
+            let words = typed.options();
+            assert_eq!(look(&words), typed, "{case:?}: {words:?}");
+        }
+    }
+}

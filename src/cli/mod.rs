@@ -3,6 +3,7 @@
 //! Only this module prints and only this module decides how the process ends. Data goes to standard
 //! output, talk to standard error.
 
+mod about;
 mod args;
 #[cfg(feature = "bench")]
 mod bench;

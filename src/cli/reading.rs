@@ -121,6 +121,26 @@ impl ReadingArgs {
         all.into_iter().filter_map(|(name, typed)| typed.then_some(name)).collect()
     }
 
+    /// The options that were typed, with their values, each word for itself. Of a file's name no
+    /// folders.
+    pub fn words(&self) -> Vec<String> {
+        let hex = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
+        let topology = self.topology.as_deref().and_then(Path::file_name).map(text::name);
+        let all = [
+            ("--format", self.format.map(|format| format.name().to_owned())),
+            ("--frame", self.frame.map(frame_word)),
+            ("--topology", topology),
+            ("--radius", self.radius.as_ref().and_then(radius_word)),
+            ("--radius-scale", self.radius_scale.map(|scale| scale.to_string())),
+            ("--color", self.color.map(hex)),
+            ("--color-by", self.color_by.clone()),
+            ("--map", self.map.map(|map| map.name().to_owned())),
+            ("--range", self.range.map(range_word)),
+        ];
+        let typed = all.into_iter().filter_map(|(option, word)| Some([option.to_owned(), word?]));
+        typed.flatten().collect()
+    }
+
     /// Reads a scene file, or a file of particles.
     pub fn load(&self, path: &Path, control: &Control) -> Result<Loaded, Failure> {
         let options = self.options();
@@ -143,6 +163,17 @@ impl ReadingArgs {
         }
     }
 
+    /// Refuses options that say nothing of a picture.
+    pub fn refuse_for_picture(&self, path: &Path) -> Result<(), Failure> {
+        match self.typed().first() {
+            None => Ok(()),
+            Some(option) => Err(Failure::Usage(format!(
+                "{option} is for files of particles, and {} is a picture; leave it out",
+                text::name(path)
+            ))),
+        }
+    }
+
     /// Refuses options that say nothing of a scene file.
     pub fn refuse_for_scene(&self, path: &Path) -> Result<(), Failure> {
         match self.typed().first() {
@@ -154,6 +185,28 @@ impl ReadingArgs {
             ))),
         }
     }
+}
+
+fn frame_word(frame: Frame) -> String {
+    match frame {
+        Frame::FromFirst(number) => number.to_string(),
+        Frame::FromLast(0) => "last".into(),
+        Frame::FromLast(number) => format!("-{}", number + 1),
+    }
+}
+
+fn radius_word(radius: &RadiusFrom) -> Option<String> {
+    Some(match radius {
+        RadiusFrom::Same(radius) => radius.to_string(),
+        RadiusFrom::Column(name) => name.clone(),
+        RadiusFrom::VanDerWaals => "vdw".into(),
+        RadiusFrom::Covalent => "covalent".into(),
+        RadiusFrom::Chosen => return None,
+    })
+}
+
+fn range_word(Range(range): Range) -> String {
+    range.map_or("auto".into(), |[low, high]| format!("{low},{high}"))
 }
 
 pub(super) fn parse_format(typed: &str) -> Result<Format, String> {

@@ -23,7 +23,7 @@ use planisphere_core::{
     scene::{Scene, Sphere},
 };
 use planisphere_image::Paint;
-use planisphere_io::png::{PaletteError, write_palette_png, write_png};
+use planisphere_io::png::{About, PaletteError, write_palette_png, write_png};
 use planisphere_renderer::{Device, Engine};
 
 /// A picture to measure.
@@ -67,8 +67,9 @@ impl Way {
     /// The file; none where there are too many colours.
     fn write(self, region: Region, ids: &[i32], paint: &Paint) -> io::Result<Option<Vec<u8>>> {
         let mut bytes = Vec::new();
+        let about = About { size: [region.width, region.height], ..About::default() };
         match self {
-            Self::Palette => match write_palette_png(&mut bytes, region, ids, paint) {
+            Self::Palette => match write_palette_png(&mut bytes, &about, ids, paint) {
                 Err(PaletteError::TooManyColors) => return Ok(None),
                 Err(PaletteError::Io(error)) => return Err(error),
                 Ok(()) => {}

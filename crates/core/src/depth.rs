@@ -12,10 +12,12 @@
 //! what lies beyond the largest is given as the largest. What lies nearer than half of the least
 //! positive f32 is given as 0.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    camera::{Projection, Region, View, ViewError},
+    axes::{Axes, Axis},
+    camera::{Projection, Ray, Region, View, ViewError},
     exact::decide::{Pixel, Tally, Truth},
     filter::{BACK, Look, Margins, Row, Screen, length},
     project::Projector,
@@ -92,7 +94,7 @@ pub fn depths(
     region: Region,
     ids: &[i32],
 ) -> Result<Vec<f32>, PlaneError> {
-    plane(scene, truth, region, ids, f32::INFINITY, |bounds, pixel, ball| match bounds {
+    plane(scene, truth, region, ids, f32::INFINITY, |bounds, pixel, ball, _| match bounds {
         Some([low, high]) if low as f32 == high as f32 => Some(nearest(low)),
         _ => Some(nearest(pixel.distance(&pixel.hit(ball, &mut Tally::default())?))),
     })
@@ -118,7 +120,7 @@ pub fn distance_bounds(
     region: Region,
     ids: &[i32],
 ) -> Result<Vec<[f64; 2]>, PlaneError> {
-    plane(scene, truth, region, ids, [f64::INFINITY; 2], |bounds, pixel, ball| match bounds {
+    plane(scene, truth, region, ids, [f64::INFINITY; 2], |bounds, pixel, ball, _| match bounds {
         Some([low, high]) if high - low <= BOUNDS_RATIO * high => bounds,
         _ => Some(pixel.measure(&pixel.hit(ball, &mut Tally::default())?).bounds()),
     })
@@ -132,16 +134,120 @@ pub const BOUNDS_APART: f64 = 8.0 * f64::from_bits(1);
 /// Bounds of the filter are used inside of these, in world units, where nothing is subnormal.
 const USED: [f64; 2] = [1e-290, 1e290];
 
+/// Where the hits of the ids of a region lie, in the world; NaN where the id is -1.
+///
+/// Each coordinate is the nearest f32 of a number that is within [`POINT_ERROR`] of the exact one, as
+/// a part of the greatest length on the way: from the world's origin to the camera's, and from there
+/// to the hit. Beyond f32 it is the largest.
+///
+/// # Errors
+/// As [`depths`].
+pub fn positions(
+    scene: &Scene,
+    truth: &Truth,
+    region: Region,
+    ids: &[i32],
+) -> Result<Vec<[f32; 3]>, PlaneError> {
+    let rays = Rays::new(truth.view());
+    plane(scene, truth, region, ids, [f32::NAN; 3], |bounds, pixel, ball, at| {
+        let ray = rays.at(at);
+        let point = ray.origin + distance(bounds, 0.0, &pixel, ball)? * ray.direction;
+        Some(point.to_array().map(|x| (x as f32).clamp(-f32::MAX, f32::MAX)))
+    })
+}
+
+/// Unit vectors from the spheres' centres to the hits of the ids of a region, in the world: they
+/// point outward, also on inner walls. Zeros where the id is -1, and where f64 do not tell the point
+/// from the centre.
+///
+/// A vector is within `2^-22 + 2 POINT_ERROR L / r` of the exact one, with the sphere's radius r and
+/// the greatest length L on the way: from the centre to the camera's origin, and from there to the
+/// hit. For spheres whose radius is more than 2^-14 of that it is within 2^-21.
+///
+/// # Errors
+/// As [`depths`].
+pub fn normals(
+    scene: &Scene,
+    truth: &Truth,
+    region: Region,
+    ids: &[i32],
+) -> Result<Vec<[f32; 3]>, PlaneError> {
+    let rays = Rays::new(truth.view());
+    plane(scene, truth, region, ids, [0.0; 3], |bounds, pixel, ball, at| {
+        let distance = distance(bounds, NORMAL_ERROR * ball.radius, &pixel, ball)?;
+        // The origin's difference to the centre comes first: both may be far from the world's.
+        let (on_screen, direction) = rays.parts(at);
+        let offset = (rays.origin - ball.center) + on_screen + distance * direction;
+        // Squares of extreme numbers leave the range of f64.
+        let normal = (offset / offset.abs().max_element()).try_normalize().unwrap_or(DVec3::ZERO);
+        Some(normal.to_array().map(|x| x as f32))
+    })
+}
+
+/// How far a point in f64 may be off, as a part of the lengths on its way.
+pub const POINT_ERROR: f64 = f64::from_bits((1023 - 38) << 52);
+
+/// How far distances may be off for normals, as a part of the radius.
+const NORMAL_ERROR: f64 = f64::from_bits((1023 - 24) << 52);
+
+/// The distance of a hit in f64: from bounds that are apart by at most so much, or by 2^-39 of the
+/// distance, or worked out.
+fn distance(bounds: Option<[f64; 2]>, apart: f64, pixel: &Pixel<'_>, ball: Ball) -> Option<f64> {
+    const RATIO: f64 = 2.0 * crate::exact::distance::DISTANCE_ERROR;
+    match bounds {
+        Some([low, high]) if high - low <= apart.max(RATIO * low) => Some(0.5 * low + 0.5 * high),
+        _ => Some(pixel.distance(&pixel.hit(ball, &mut Tally::default())?)),
+    }
+}
+
+/// The rays of a view in f64: what [`View::ray`] gives, worked out once.
+struct Rays {
+    projection: Projection,
+    origin: DVec3,
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    columns: Vec<f64>,
+    rows: Vec<f64>,
+}
+
+impl Rays {
+    fn new(view: &View) -> Self {
+        let axes = Axes::new(view.camera.view, view.camera.up);
+        let [right, up, forward] = [axes.right, axes.up, axes.forward].map(Axis::nearest);
+        let (x, y) = (0.5 * view.pitch_x.to_f64(), 0.5 * view.pitch_y.to_f64());
+        let columns = (0..view.image.width).map(|at| f64::from(view.odd_x(at)) * x).collect();
+        let rows = (0..view.image.height).map(|at| f64::from(view.odd_y(at)) * y).collect();
+        let (projection, origin) = (view.camera.projection, view.camera.origin);
+        Self { projection, origin, right, up, forward, columns, rows }
+    }
+
+    /// From the camera's origin to the ray's, and its direction.
+    fn parts(&self, [column, row]: [u32; 2]) -> (DVec3, DVec3) {
+        let on_screen =
+            self.columns[column as usize] * self.right + self.rows[row as usize] * self.up;
+        match self.projection {
+            Projection::Orthographic => (on_screen, self.forward),
+            Projection::Perspective => (DVec3::ZERO, self.forward + on_screen),
+        }
+    }
+
+    fn at(&self, place: [u32; 2]) -> Ray {
+        let (on_screen, direction) = self.parts(place);
+        Ray { origin: self.origin + on_screen, direction }
+    }
+}
+
 /// A plane of the ids of a region: `value` gets the filter's bounds of a hit's distance, if it has
-/// any, the pixel, with which it can work out the distance with more bits, and the sphere; it gives
-/// nothing if the sphere is not hit there.
+/// any, the pixel, with which it can work out the distance with more bits, the sphere, and the
+/// column and row; it gives nothing if the sphere is not hit there.
 fn plane<T: Copy + Send>(
     scene: &Scene,
     truth: &Truth,
     region: Region,
     ids: &[i32],
     background: T,
-    value: impl Fn(Option<[f64; 2]>, Pixel<'_>, Ball) -> Option<T> + Sync,
+    value: impl Fn(Option<[f64; 2]>, Pixel<'_>, Ball, [u32; 2]) -> Option<T> + Sync,
 ) -> Result<Vec<T>, PlaneError> {
     if ids.len() != region.pixels() {
         return Err(PlaneError::Length { ids: ids.len(), region });
@@ -168,7 +274,8 @@ fn plane<T: Copy + Send>(
                 }
             };
             last = Some((id, ball, line));
-            let seen = value(lens.bounds(&line, column, row), truth.pixel(column, row), ball);
+            let bounds = lens.bounds(&line, column, row);
+            let seen = value(bounds, truth.pixel(column, row), ball, [column, row]);
             *to = seen.ok_or(PlaneError::NotSeen { id, column, row })?;
         }
         Ok(())

@@ -13,7 +13,9 @@ use rayon::prelude::*;
 use planisphere_core::{depth::PlaneError, scene::Scene};
 
 pub mod compare;
+pub mod form;
 pub mod linear;
+pub mod linear16;
 pub mod look;
 pub mod maps;
 mod outline;

@@ -148,25 +148,31 @@ impl Encoder {
     }
 }
 
+/// Compares `65535 eotf(numerator / denominator)` with `value / parts`, exactly.
 #[cfg(test)]
-mod tests {
+pub(crate) fn compare(
+    numerator: u64,
+    denominator: u64,
+    value: u64,
+    parts: u64,
+) -> std::cmp::Ordering {
     use dashu_int::UBig;
 
-    use super::*;
-
-    /// Compares `65535 eotf(numerator / denominator)` with `value / parts`, exactly.
-    fn compare(numerator: u64, denominator: u64, value: u64, parts: u64) -> std::cmp::Ordering {
-        let [n, d, v, p] = [numerator, denominator, value, parts].map(UBig::from);
-        let white = UBig::from(65535u32);
-        // 0.04045 and below: c / 12.92.
-        if &n * UBig::from(100_000u32) <= &d * UBig::from(4045u32) {
-            return (white * n * p * UBig::from(100u32)).cmp(&(v * d * UBig::from(1292u32)));
-        }
-        // ((c + 0.055) / 1.055)^2.4 to the fifth power: the twelfth of (1000 c + 55) / 1055.
-        let base = n * UBig::from(1000u32) + &d * UBig::from(55u32);
-        let left = white.pow(5) * base.pow(12) * p.pow(5);
-        left.cmp(&(v.pow(5) * (d * UBig::from(1055u32)).pow(12)))
+    let [n, d, v, p] = [numerator, denominator, value, parts].map(UBig::from);
+    let white = UBig::from(65535u32);
+    // 0.04045 and below: c / 12.92.
+    if &n * UBig::from(100_000u32) <= &d * UBig::from(4045u32) {
+        return (white * n * p * UBig::from(100u32)).cmp(&(v * d * UBig::from(1292u32)));
     }
+    // ((c + 0.055) / 1.055)^2.4 to the fifth power: the twelfth of (1000 c + 55) / 1055.
+    let base = n * UBig::from(1000u32) + &d * UBig::from(55u32);
+    let left = white.pow(5) * base.pow(12) * p.pow(5);
+    left.cmp(&(v.pow(5) * (d * UBig::from(1055u32)).pow(12)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
 
     #[test]
     fn linear_values_are_the_nearest() {

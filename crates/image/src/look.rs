@@ -316,6 +316,11 @@ impl Look {
         Some(self.cue.unwrap_or(usual)).filter(|cue| *cue != Cue::None)
     }
 
+    /// Whether samples are averaged as sRGB bytes.
+    pub fn is_encoded(&self) -> bool {
+        self.space == Space::Encoded
+    }
+
     /// Whether lines go by groups.
     pub fn needs_groups(&self) -> bool {
         self.lines().is_some_and(|line| line.between == Between::Groups)
@@ -342,6 +347,61 @@ impl Look {
     /// The colour where there is no sphere, sRGB.
     pub fn behind(&self) -> [u8; 3] {
         self.background
+    }
+
+    /// The options of the command line that make this look of the usual one, which is flat on black:
+    /// each word for itself.
+    pub fn options(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+        if self.transparent {
+            add("--background", "transparent".into());
+        } else if self.background != [0; 3] {
+            add("--background", hex(self.background));
+        }
+        if self.kind != Kind::Flat {
+            add("--look", self.name().into());
+        }
+        if let Some(aa) = self.aa {
+            add("--aa", aa.to_string());
+        }
+        if self.space == Space::Encoded {
+            add("--aa-space", "encoded".into());
+        }
+        // What is read back is the nearest part of 255.
+        let part = |part: u8| (f64::from(part) / 255.0).to_string();
+        if let Some(ambient) = self.ambient {
+            add("--ambient", part(ambient));
+        }
+        if let Some(strength) = self.strength {
+            add("--occlusion-strength", part(strength));
+        }
+        let Line { width, color, between, jump } = self.line;
+        match (self.lines, width) {
+            (Some(false), _) => add("--outline", "0".into()),
+            (Some(true), Some(width)) => add("--outline", width.to_string()),
+            _ => {}
+        }
+        if self.lines == Some(true) {
+            if width.is_none() || color != [0; 3] {
+                add("--outline-color", hex(color));
+            }
+            match between {
+                Between::Jumps => {}
+                Between::Groups => add("--outline-by", "group".into()),
+                Between::Spheres => add("--outline-by", "sphere".into()),
+            }
+            if let Some(jump) = jump {
+                add("--outline-jump", jump.to_string());
+            }
+        }
+        match self.cue {
+            None => {}
+            Some(Cue::None) => words.push("--depth-cue=off".into()),
+            Some(Cue::Scene) => words.push("--depth-cue".into()),
+            Some(Cue::Between([near, far])) => words.push(format!("--depth-cue={near},{far}")),
+        }
+        words
     }
 
     /// In numbers, for a view of a scene.
@@ -371,6 +431,11 @@ impl Look {
             outline,
         }
     }
+}
+
+/// A colour as it is typed.
+fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// Depths between which a scene goes over into the background: from where its box begins, to four

@@ -18,6 +18,7 @@ use planisphere_core::{
 
 use crate::{
     Paint,
+    form::{Form, Sum},
     linear::Encoder,
     outline::Lines,
     run,
@@ -75,15 +76,15 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The pixels of a region: sRGB and straight alpha. `ids` are those of [`Self::samples`].
+    /// The pixels of a region, in any form. `ids` are those of [`Self::samples`].
     ///
     /// # Errors
     /// When there are not as many ids, or pixels, or an id is none of the scene's spheres.
-    pub fn pixels(
+    pub fn pixels<P: Form>(
         &self,
         pixels: Region,
         ids: &[i32],
-        to: &mut [[u8; 4]],
+        to: &mut [P],
     ) -> Result<(), PlaneError> {
         let region = self.samples(pixels);
         if ids.len() != region.pixels() {
@@ -98,29 +99,24 @@ impl<'a> Resolver<'a> {
             Lines::new(&outline, width, &self.spheres, region, ids)
         });
         let width = pixels.width as usize;
-        let begin = || Rows::new(self, region, ids, lines.as_ref());
+        let tables = P::tables(&self.encoder);
+        let begin = || Rows::<P>::new(self, tables, region, ids, lines.as_ref());
         let rows = to.par_chunks_mut(width).with_min_len(ROWS).enumerate();
         rows.for_each_init(begin, |rows, (row, to)| rows.row(row, to));
         Ok(())
     }
 
-    /// The pixel of one linear colour that covers it.
-    #[inline(always)]
-    fn whole(&self, color: Linear) -> [u8; 4] {
-        let [r, g, b] = color.map(|value| self.encoder.byte(value));
-        [r, g, b, 255]
-    }
-
     /// A pixel of no sphere.
-    fn empty(&self) -> [u8; 4] {
-        let [r, g, b] = self.style.background;
-        [r, g, b, if self.style.transparent { 0 } else { 255 }]
+    fn empty<P: Form>(&self, tables: P::Tables<'_>) -> P {
+        let color = self.spheres.background();
+        if self.style.transparent { P::clear(tables, color) } else { P::whole(tables, color) }
     }
 }
 
 /// Makes rows of pixels.
-struct Rows<'a, 'b> {
+struct Rows<'a, 'b, P: Form> {
     of: &'a Resolver<'b>,
+    tables: P::Tables<'a>,
     region: Region,
     ids: &'a [i32],
     lines: Option<&'a Lines>,
@@ -135,16 +131,22 @@ struct Rows<'a, 'b> {
     met: Vec<Met>,
 }
 
-impl<'a, 'b> Rows<'a, 'b> {
-    fn new(of: &'a Resolver<'b>, region: Region, ids: &'a [i32], lines: Option<&'a Lines>) -> Self {
+impl<'a, 'b, P: Form> Rows<'a, 'b, P> {
+    fn new(
+        of: &'a Resolver<'b>,
+        tables: P::Tables<'a>,
+        region: Region,
+        ids: &'a [i32],
+        lines: Option<&'a Lines>,
+    ) -> Self {
         let cache = of.spheres.cache();
         let (levels, colors, first) = (Vec::new(), Vec::new(), Vec::new());
         let (mixed, met) = (Vec::new(), Vec::new());
-        Self { of, region, ids, lines, cache, levels, colors, first, mixed, met }
+        Self { of, tables, region, ids, lines, cache, levels, colors, first, mixed, met }
     }
 
     /// A row of pixels, counted from the first of the region.
-    fn row(&mut self, row: usize, to: &mut [[u8; 4]]) {
+    fn row(&mut self, row: usize, to: &mut [P]) {
         match self.of.view.per_pixel {
             1 => return self.single(row, to),
             2 => self.compare::<2>(row, to.len()),
@@ -171,14 +173,14 @@ impl<'a, 'b> Rows<'a, 'b> {
             } else if id != NONE {
                 self.run(id, [start, row], pixels);
             } else {
-                pixels.fill(self.of.empty());
+                pixels.fill(self.of.empty(self.tables));
             }
             start = end;
         }
     }
 
     /// A row of pixels of one sample each.
-    fn single(&mut self, row: usize, to: &mut [[u8; 4]]) {
+    fn single(&mut self, row: usize, to: &mut [P]) {
         let [left, top] = self.corner([0, row]);
         let start = top * self.region.width as usize + left;
         let ids = &self.ids[start..start + to.len()];
@@ -191,13 +193,13 @@ impl<'a, 'b> Rows<'a, 'b> {
             let id = ids[start];
             let end = start + run(id, &ids[start..]);
             match id {
-                NONE => to[start..end].fill(self.of.empty()),
+                NONE => to[start..end].fill(self.of.empty(self.tables)),
                 _ => self.run(id, [start, row], &mut to[start..end]),
             }
             start = end;
         }
         let Some(lines) = self.lines else { return };
-        let line = self.of.whole(self.of.line);
+        let line = P::whole(self.tables, self.of.line);
         lines.each(top, left..left + to.len(), |column| to[column - left] = line);
     }
 
@@ -234,8 +236,8 @@ impl<'a, 'b> Rows<'a, 'b> {
     }
 
     /// Pixels side by side, all of one sphere.
-    fn run(&mut self, id: i32, at: [usize; 2], pixels: &mut [[u8; 4]]) {
-        let of = self.of;
+    fn run(&mut self, id: i32, at: [usize; 2], pixels: &mut [P]) {
+        let (of, tables) = (self.of, self.tables);
         let count = if self.cache.is_even() { 1 } else { pixels.len() };
         self.colors.clear();
         self.colors.resize(count, [0; 3]);
@@ -243,10 +245,10 @@ impl<'a, 'b> Rows<'a, 'b> {
         let stride = of.view.per_pixel;
         self.cache.colors(id, [x, y], stride, &mut self.levels, &mut self.colors);
         match *self.colors {
-            [color] => pixels.fill(of.whole(color)),
+            [color] => pixels.fill(P::whole(tables, color)),
             _ => {
                 for (to, &color) in pixels.iter_mut().zip(&self.colors) {
-                    *to = of.whole(color);
+                    *to = P::whole(tables, color);
                 }
             }
         }
@@ -258,7 +260,7 @@ impl<'a, 'b> Rows<'a, 'b> {
     }
 
     /// A pixel of several kinds of samples.
-    fn sum(&mut self, at: [usize; 2]) -> [u8; 4] {
+    fn sum(&mut self, at: [usize; 2]) -> P {
         let (of, corner) = (self.of, self.corner(at));
         let (mut lines, mut none) = (0, 0);
         self.met.clear();
@@ -287,7 +289,7 @@ impl<'a, 'b> Rows<'a, 'b> {
             colors.extend(color);
         }
         let covered = met.iter().map(|met| met.count).zip(colors.iter().copied());
-        let pixel = of.mean(covered.chain([(lines, of.line)]), none);
+        let pixel = of.mean(self.tables, covered.chain([(lines, of.line)]), none);
         (self.met, self.colors) = (met, colors);
         pixel
     }
@@ -305,7 +307,12 @@ struct Met {
 
 impl Resolver<'_> {
     /// The mean of so many samples of some colours, and of some that are of no sphere.
-    fn mean(&self, covered: impl Iterator<Item = (u32, Linear)>, none: u32) -> [u8; 4] {
+    fn mean<P: Form>(
+        &self,
+        tables: P::Tables<'_>,
+        covered: impl Iterator<Item = (u32, Linear)>,
+        none: u32,
+    ) -> P {
         let Style { transparent, space, .. } = *self.style;
         let behind = (!transparent).then(|| (none, self.spheres.background()));
         let (mut count, mut sum) = (0, [0; 3]);
@@ -315,19 +322,18 @@ impl Resolver<'_> {
                 *sum += samples
                     * match space {
                         Space::Linear => value,
-                        Space::Encoded => self.encoder.byte(value).into(),
+                        Space::Encoded => P::encoded(tables, value),
                     };
             }
         }
         if count == 0 {
-            return self.empty();
+            return self.empty(tables);
         }
-        let [r, g, b] = sum.map(|sum| match space {
-            Space::Linear => self.encoder.mean(sum, count),
-            Space::Encoded => ((2 * sum + count) / (2 * count)) as u8,
-        });
         let all = if transparent { count + none } else { count };
-        let alpha = (2 * 255 * count + all) / (2 * all);
-        [r, g, b, alpha as u8]
+        let samples = Sum { sum, count, all };
+        match space {
+            Space::Linear => P::mean(tables, samples),
+            Space::Encoded => P::mean_encoded(tables, samples),
+        }
     }
 }

@@ -7,6 +7,7 @@
 //! | feature | modules | |
 //! | --- | --- | --- |
 //! | `png` | `png` | ids or colours become a PNG |
+//! | `png` | `camera` | a camera becomes the text that a picture holds |
 //! | `png` | `picture` | pixels become a PNG, and come back from one |
 //! | `pictures` | | pixels become JPEG, WebP, QOI and TIFF, and animations: GIF and APNG |
 //! | `exr` | `picture::exr` | planes of floats and ids become OpenEXR |
@@ -24,6 +25,8 @@
 /// Names and lines, with what is unseen in them shown.
 pub use planisphere_core::text;
 
+#[cfg(feature = "png")]
+pub mod camera;
 #[cfg(feature = "read")]
 mod colors;
 #[cfg(any(feature = "files", feature = "read"))]

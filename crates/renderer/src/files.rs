@@ -4,8 +4,9 @@
 //! Anything that gives ids, band by band, goes this way: a renderer, or parts that are merged.
 //! Files get their names when all of them are whole ([`Staged::commit`]).
 
-use std::{io::Write, sync::Arc, time::Instant};
+use std::{sync::Arc, time::Instant};
 
+pub use crate::about::Metadata;
 use planisphere_core::{
     camera::Region,
     drawing::{Control, Counts, Times},
@@ -14,17 +15,22 @@ use planisphere_core::{
         merge::{Merge, MergeError, Ties},
     },
 };
+use planisphere_image::{
+    form::Form as OfPixels,
+    look::{Look, LookError},
+};
 use planisphere_io::{
-    npy,
     npy::Plane,
     output,
-    output::{Shared, Sink},
+    output::Sink,
     picture::{About, Encoder, Rows},
     png,
     png::{PaletteError, PngRows},
 };
 pub use planisphere_io::{output::Target, picture::Kind};
 
+#[cfg(feature = "exr")]
+use crate::planes::Exr;
 use crate::{
     Error, Job, Renderer, Request,
     bands::{PIECE, bands},
@@ -32,8 +38,9 @@ use crate::{
     parts::{PartPlane, merged, of_request},
     picture::opaque,
     pixels::{self, Pixels},
+    planes::{All, Array, Data},
     renderer::{drawn, sized},
-    subject::{Indices, Subject},
+    subject::Subject,
 };
 
 /// Where the planes of a picture go; none is a plane that is not wanted.
@@ -69,10 +76,49 @@ pub struct Sinks {
     pub ids: Option<Target>,
     /// The distances, as `.npy`.
     pub depth: Option<Target>,
+    /// Unit vectors from the spheres' centres to the points that are seen, in the world, as `.npy`:
+    /// float32 (height, width, 3). Zeros where nothing is seen.
+    pub normals: Option<Target>,
+    /// The points that are seen, in the world, as `.npy`: float32 (height, width, 3). NaN where
+    /// nothing is seen.
+    pub positions: Option<Target>,
+    /// Ids, depths, normals and positions in one file, as `.npz`: `ids`, `depth`, `normals` and
+    /// `positions`. The ids of all pixels wait in memory.
+    pub planes: Option<Target>,
     /// All that merging needs, as `.npz`.
     pub part: Option<Target>,
     /// Index, in the whole, of the first sphere of the scene: for [`Sinks::part`].
     pub first: u64,
+    /// Whether the picture has 16 bits a channel, in formats that hold them
+    /// ([`Kind::holds_depth16`]); else 8.
+    pub depth16: bool,
+    /// Pixels per inch that the picture says it has, in formats that hold it ([`Kind::holds_dpi`]).
+    pub dpi: Option<f64>,
+    /// What the picture says of itself, in formats that hold texts; nothing without.
+    pub metadata: Option<Metadata>,
+}
+
+impl Sinks {
+    /// Begins the arrays that are wanted.
+    fn arrays<'a>(&'a self, subject: &Subject) -> Result<Vec<Array<'a>>, Error> {
+        let all = [
+            (&self.ids, Data::Ids),
+            (&self.depth, Data::Depth),
+            (&self.normals, Data::Normals),
+            (&self.positions, Data::Positions),
+        ];
+        let wanted = all.into_iter().filter_map(|(target, data)| Some((target.as_ref()?, data)));
+        wanted.map(|(target, data)| Array::begin(target, data, subject)).collect()
+    }
+
+    /// What the picture's channels hold.
+    fn channels(&self) -> Depth {
+        match self.kind {
+            Kind::Exr => Depth::Linear,
+            _ if self.depth16 => Depth::Sixteen,
+            _ => Depth::Eight,
+        }
+    }
 }
 
 /// What is being done.
@@ -163,11 +209,16 @@ fn rendered(
 ) -> Result<(Staged, Report), Error> {
     pixels::check(request)?;
     let mut report = Report::default();
-    let shaded = sinks.picture.is_some() && !request.look.is_plain();
+    let deep = sinks.depth16 || sinks.kind == Kind::Exr;
+    let shaded = sinks.picture.is_some() && (deep || !request.look.is_plain());
+    if sinks.kind == Kind::Exr && request.look.is_encoded() {
+        let words = "is encoded, and an OpenEXR picture holds linear light; leave it out";
+        return Err(LookError { what: "aa_space", words: words.into() }.into());
+    }
     let pixels = shaded.then(|| Pixels::new(request)).transpose()?;
     let mut source = Drawn { engine, request, pixels };
     let staged = of_request(request, sinks.first, control, |subject| {
-        write(sinks, subject, &mut report, told, &mut source)
+        write(sinks, &request.look, subject, &mut report, told, &mut source)
     })?;
     Ok((staged, report))
 }
@@ -190,10 +241,26 @@ trait Source {
     fn pixels(
         &mut self,
         band: Region,
+        depth: Depth,
         control: &Control,
         report: &mut Report,
         told: &mut dyn FnMut(Step),
-    ) -> Result<Vec<[u8; 4]>, Error>;
+    ) -> Result<Deep, Error>;
+}
+
+/// What a picture's channels hold.
+#[derive(Clone, Copy)]
+enum Depth {
+    Eight,
+    Sixteen,
+    Linear,
+}
+
+/// Pixels of one of these.
+enum Deep {
+    Eight(Vec<[u8; 4]>),
+    Sixteen(Vec<[u16; 4]>),
+    Linear(Vec<[f32; 4]>),
 }
 
 /// Drawn by an engine.
@@ -204,6 +271,23 @@ struct Drawn<'a> {
 }
 
 impl Drawn<'_> {
+    /// Pixels of one form.
+    fn of_form<P: OfPixels + 'static>(
+        &mut self,
+        band: Region,
+        control: &Control,
+        report: &mut Report,
+    ) -> Result<Vec<P>, Error> {
+        let Some(of) = &mut self.pixels else { return Ok(Vec::new()) };
+        let mut pixels = Vec::new();
+        sized(&mut pixels, band.pixels(), "colors")?;
+        let spent = of.draw(self.engine, band, control, &mut pixels, &mut [])?;
+        self.note(&spent.counts, &spent.times, report);
+        report.shade += spent.shade;
+        report.seen |= spent.seen;
+        Ok(pixels)
+    }
+
     fn note(&self, counts: &Counts, times: &Times, report: &mut Report) {
         report.counts.add(counts);
         report.times.add(times);
@@ -237,19 +321,17 @@ impl Source for Drawn<'_> {
     fn pixels(
         &mut self,
         band: Region,
+        depth: Depth,
         control: &Control,
         report: &mut Report,
         told: &mut dyn FnMut(Step),
-    ) -> Result<Vec<[u8; 4]>, Error> {
-        let Some(of) = &mut self.pixels else { return Ok(Vec::new()) };
+    ) -> Result<Deep, Error> {
         told(Step::Drawing);
-        let mut pixels = Vec::new();
-        sized(&mut pixels, band.pixels(), "colors")?;
-        let spent = of.draw(self.engine, band, control, &mut pixels, &mut [])?;
-        self.note(&spent.counts, &spent.times, report);
-        report.shade += spent.shade;
-        report.seen |= spent.seen;
-        Ok(pixels)
+        Ok(match depth {
+            Depth::Eight => Deep::Eight(self.of_form(band, control, report)?),
+            Depth::Sixteen => Deep::Sixteen(self.of_form(band, control, report)?),
+            Depth::Linear => Deep::Linear(self.of_form(band, control, report)?),
+        })
     }
 }
 
@@ -264,6 +346,7 @@ fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
 /// committed.
 fn write(
     sinks: &Sinks,
+    look: &Look,
     subject: &Subject,
     report: &mut Report,
     told: &mut dyn FnMut(Step),
@@ -271,23 +354,29 @@ fn write(
 ) -> Result<Staged, Error> {
     let open = |target: &Option<Target>| target.clone().map(Target::open).transpose();
     let open = |target| open(target).map_err(Error::from);
-    let ids = sinks.ids.as_ref().map(|target| Ids::begin(target, subject)).transpose()?;
-    let depths = sinks.depth.as_ref().map(|target| Depths::begin(target, subject)).transpose()?;
+    let arrays = sinks.arrays(subject)?;
+    let all = sinks.planes.as_ref().map(|target| All::begin(target, subject)).transpose()?;
     let mut part_sink = open(&sinks.part)?;
     let part = sinks.part.as_ref().zip(part_sink.as_mut());
     let part = part.map(|(target, sink)| Part::begin(target, sink, subject)).transpose()?;
     let mut png_sink = open(&sinks.picture)?;
     let colors = sinks.picture.as_ref().zip(png_sink.as_mut());
     let shaded = source.shaded();
+    let metadata = sinks.metadata.as_ref().filter(|_| sinks.picture.is_some());
+    let text = metadata.map_or(Vec::new(), |metadata| metadata.texts(subject, look));
+    let Region { width, height, .. } = subject.meta.region;
+    let (size, alpha, dpi) = ([width, height], shaded.unwrap_or(false), sinks.dpi);
+    let about = About { size, alpha, depth16: sinks.depth16, dpi, text: &text };
     let colors = colors.map(|(target, sink)| match sinks.palette {
-        true => Ok(Colors::palette(target, sink)),
-        false => Colors::rows(target, sink, subject, sinks, shaded),
+        true => Ok(Colors::palette(target, sink, about)),
+        false => Colors::rows(target, sink, subject, sinks.kind, about, shaded.is_some()),
     });
     let colors = colors.transpose()?;
+    let depth = sinks.channels();
     let by_pixels = shaded.is_some() && colors.is_some();
-    let by_ids = [&sinks.ids, &sinks.depth, &sinks.part].iter().any(|sink| sink.is_some());
+    let by_ids = !arrays.is_empty() || all.is_some() || part.is_some() || sinks.kind == Kind::Exr;
     let by_ids = by_ids || !by_pixels;
-    let mut planes = Planes { subject, depths, part, ids, colors };
+    let mut planes = Planes { subject, part, arrays, all, colors };
 
     let whole = subject.meta.region;
     for band in bands(whole, subject.band) {
@@ -296,7 +385,7 @@ fn write(
         let half = if by_pixels && by_ids { 0.9 } else { f32::from(u8::from(by_pixels)) };
         let (first, rest) = (control.part([0.0, half]), control.part([half, 1.0]));
         if by_pixels {
-            let pixels = source.pixels(band, &first, report, told)?;
+            let pixels = source.pixels(band, depth, &first, report, told)?;
             told(Step::Encoding);
             timed(&mut report.encode, || planes.take_pixels(pixels))?;
         }
@@ -309,9 +398,9 @@ fn write(
 
     told(Step::Encoding);
     let start = Instant::now();
-    let (ids_sink, depth_sink) = planes.finish()?;
+    let sinks = planes.finish(report)?;
     let mut staged = Vec::new();
-    for sink in [png_sink, ids_sink, depth_sink, part_sink].into_iter().flatten() {
+    for sink in png_sink.into_iter().chain(sinks).chain(part_sink) {
         staged.push(sink.finish().map_err(Error::from)?);
     }
     report.encode += start.elapsed().as_secs_f64() * 1e3;
@@ -321,9 +410,9 @@ fn write(
 /// The planes that are wanted, on their way out.
 struct Planes<'a> {
     subject: &'a Subject<'a>,
-    depths: Option<Depths<'a>>,
     part: Option<Part<'a>>,
-    ids: Option<Ids<'a>>,
+    arrays: Vec<Array<'a>>,
+    all: Option<All<'a>>,
     colors: Option<Colors<'a>>,
 }
 
@@ -336,18 +425,20 @@ impl Planes<'_> {
         spent: &mut Report,
         told: &mut dyn FnMut(Step),
     ) -> Result<(), Error> {
-        if let Some(depths) = &mut self.depths {
+        if !self.arrays.is_empty() {
             told(Step::Depths);
-            depths.take(self.subject, band, &ids, spent)?;
+        }
+        let ids = Arc::new(Plane(ids));
+        for array in &mut self.arrays {
+            array.take(self.subject, band, &ids, spent)?;
         }
         told(Step::Encoding);
         if let Some(part) = &mut self.part {
-            part.take(self.subject, band, &ids, spent)?;
+            part.take(self.subject, band, &ids.0, spent)?;
         }
         timed(&mut spent.encode, || {
-            let ids = Arc::new(Plane(ids));
-            if let Some(plane) = &mut self.ids {
-                plane.take(&ids)?;
+            if let Some(all) = &mut self.all {
+                all.take(&ids.0);
             }
             match &mut self.colors {
                 Some(colors) => colors.take(ids, self.subject),
@@ -357,103 +448,26 @@ impl Planes<'_> {
     }
 
     /// Takes the pixels of the next band.
-    fn take_pixels(&mut self, pixels: Vec<[u8; 4]>) -> Result<(), Error> {
+    fn take_pixels(&mut self, pixels: Deep) -> Result<(), Error> {
         match &mut self.colors {
             Some(colors) => colors.take_pixels(&pixels, self.subject),
             None => Ok(()),
         }
     }
 
-    /// Ends the picture and the part, and gives back where ids and depths have gone.
-    fn finish(self) -> Result<(Option<Sink>, Option<Sink>), Error> {
+    /// Ends the picture and the part, and gives back where the planes have gone.
+    fn finish(self, spent: &mut Report) -> Result<Vec<Sink>, Error> {
         if let Some(colors) = self.colors {
             colors.finish(self.subject)?;
         }
         if let Some(part) = self.part {
             part.finish(self.subject)?;
         }
-        Ok((self.ids.map(|ids| ids.sink), self.depths.map(|depths| depths.sink)))
-    }
-}
-
-/// Begins an array of a picture's pixels, of a type.
-fn array(target: &Target, descr: &str, subject: &Subject) -> Result<Sink, Error> {
-    let Region { width, height, .. } = subject.meta.region;
-    let mut sink = target.clone().open()?;
-    let header = npy::header(descr, &[height as usize, width as usize]);
-    sink.write_all(&header).map_err(|error| target.io(error))?;
-    Ok(sink)
-}
-
-/// The array of ids.
-struct Ids<'a> {
-    target: &'a Target,
-    sink: Sink,
-    numbers: Numbers<'a>,
-}
-
-/// The ids that the reader knows.
-enum Numbers<'a> {
-    /// The scene's own.
-    Own,
-    /// Those of the whole, of 4 bytes.
-    Four(&'a Indices<'a>),
-    /// The same, of 8 bytes, which some take.
-    Eight(&'a Indices<'a>),
-}
-
-impl<'a> Ids<'a> {
-    /// Begins the array.
-    fn begin(target: &'a Target, subject: &'a Subject) -> Result<Self, Error> {
-        let indices = &subject.indices;
-        let wide = subject.meta.last().is_some_and(|last| last > i32::MAX as u64);
-        let (descr, numbers) = match indices {
-            Indices::From { .. } => ("<i4", Numbers::Own),
-            Indices::Each(_) if wide => ("<i8", Numbers::Eight(indices)),
-            Indices::Each(_) => ("<i4", Numbers::Four(indices)),
-        };
-        Ok(Self { target, sink: array(target, descr, subject)?, numbers })
-    }
-
-    /// Takes the next ids.
-    fn take(&mut self, ids: &Arc<Plane<i32>>) -> Result<(), Error> {
-        let all = ids.0.iter();
-        let bytes: Shared = match self.numbers {
-            Numbers::Own => ids.clone(),
-            Numbers::Four(indices) => {
-                Arc::new(Plane::<i32>(all.map(|&id| indices.of_id(id) as i32).collect()))
-            }
-            Numbers::Eight(indices) => {
-                Arc::new(Plane::<i64>(all.map(|&id| indices.of_id(id)).collect()))
-            }
-        };
-        Ok(self.sink.give(bytes).map_err(|error| self.target.io(error))?)
-    }
-}
-
-/// The array of distances.
-struct Depths<'a> {
-    target: &'a Target,
-    sink: Sink,
-}
-
-impl<'a> Depths<'a> {
-    /// Begins the array.
-    fn begin(target: &'a Target, subject: &Subject) -> Result<Self, Error> {
-        Ok(Self { target, sink: array(target, "<f4", subject)? })
-    }
-
-    /// Works out the next distances.
-    fn take(
-        &mut self,
-        subject: &Subject,
-        band: Region,
-        ids: &[i32],
-        spent: &mut Report,
-    ) -> Result<(), Error> {
-        let plane = timed(&mut spent.depth, || subject.depths(band, ids))?;
-        let given = timed(&mut spent.encode, || self.sink.give(Arc::new(Plane(plane))));
-        Ok(given.map_err(|error| self.target.io(error))?)
+        let mut sinks: Vec<Sink> = self.arrays.into_iter().map(|array| array.sink).collect();
+        if let Some(all) = self.all {
+            sinks.push(all.finish(self.subject, spent)?);
+        }
+        Ok(sinks)
     }
 }
 
@@ -508,8 +522,11 @@ enum Form<'a> {
     Flat(PngRows<'a, &'a mut Sink>),
     /// Row by row, as pixels; whether these come, or are ids.
     Pixels(Encoder<&'a mut Sink>, bool),
+    /// In linear light, with all planes.
+    #[cfg(feature = "exr")]
+    Exr(Exr<'a>),
     /// With a palette, which takes all colours before the first row.
-    Palette { sink: &'a mut Sink, all: Arc<Plane<i32>> },
+    Palette { sink: &'a mut Sink, about: About<'a>, all: Arc<Plane<i32>> },
 }
 
 impl<'a> Colors<'a> {
@@ -518,26 +535,33 @@ impl<'a> Colors<'a> {
         target: &'a Target,
         sink: &'a mut Sink,
         subject: &'a Subject,
-        sinks: &Sinks,
-        shaded: Option<bool>,
+        kind: Kind,
+        about: About<'a>,
+        shaded: bool,
     ) -> Result<Self, Error> {
-        let Region { width, height, .. } = subject.meta.region;
-        let (size, alpha) = ([width, height], shaded.unwrap_or(false));
-        let form = if sinks.kind == Kind::Png && shaded.is_none() {
-            let rows = PngRows::new(sink, subject.meta.region, subject.paint());
+        if !shaded && (about.depth16 || kind == Kind::Exr) {
+            let words = "is merged from ids, which have colours of 8 bits; name it .png, .tif, \
+                         .webp, .qoi or .jpg, of 8 bits";
+            return Err(LookError { what: "the picture", words: words.into() }.into());
+        }
+        #[cfg(feature = "exr")]
+        if kind == Kind::Exr {
+            return Ok(Self { target, form: Form::Exr(Exr::begin(target, sink, about.text)) });
+        }
+        let form = if kind == Kind::Png && !shaded {
+            let rows = PngRows::new(sink, &about, subject.paint());
             Form::Flat(rows.map_err(|error| target.io(error))?)
         } else {
-            let about = About { size, alpha, ..About::default() };
-            let encoder = Encoder::new(sink, sinks.kind, &about);
-            Form::Pixels(encoder.map_err(|error| target.io(error))?, shaded.is_some())
+            let encoder = Encoder::new(sink, kind, &about);
+            Form::Pixels(encoder.map_err(|error| target.io(error))?, shaded)
         };
         Ok(Self { target, form })
     }
 
     /// A picture with a palette.
-    fn palette(target: &'a Target, sink: &'a mut Sink) -> Self {
+    fn palette(target: &'a Target, sink: &'a mut Sink, about: About<'a>) -> Self {
         let all = Arc::new(Plane(Vec::new()));
-        Self { target, form: Form::Palette { sink, all } }
+        Self { target, form: Form::Palette { sink, about, all } }
     }
 
     /// Takes the next ids.
@@ -553,6 +577,8 @@ impl<'a> Colors<'a> {
                 }
             }
             Form::Pixels(_, true) => {}
+            #[cfg(feature = "exr")]
+            Form::Exr(exr) => exr.take(&ids.0),
             Form::Pixels(encoder, false) => {
                 let mut pixels = Vec::new();
                 for some in ids.0.chunks(piece) {
@@ -575,12 +601,25 @@ impl<'a> Colors<'a> {
     }
 
     /// Takes the next pixels.
-    fn take_pixels(&mut self, pixels: &[[u8; 4]], subject: &Subject) -> Result<(), Error> {
-        let Form::Pixels(encoder, true) = &mut self.form else { return Ok(()) };
+    fn take_pixels(&mut self, pixels: &Deep, subject: &Subject) -> Result<(), Error> {
         let width = subject.meta.region.width as usize;
-        for some in pixels.chunks((PIECE / width).max(1) * width) {
-            subject.control.check()?;
-            encoder.push(Rows::Eight(some)).map_err(|error| self.target.io(error))?;
+        let piece = (PIECE / width).max(1) * width;
+        match (&mut self.form, pixels) {
+            (Form::Pixels(encoder, true), Deep::Eight(pixels)) => {
+                for some in pixels.chunks(piece) {
+                    subject.control.check()?;
+                    encoder.push(Rows::Eight(some)).map_err(|error| self.target.io(error))?;
+                }
+            }
+            (Form::Pixels(encoder, true), Deep::Sixteen(pixels)) => {
+                for some in pixels.chunks(piece) {
+                    subject.control.check()?;
+                    encoder.push(Rows::Sixteen(some)).map_err(|error| self.target.io(error))?;
+                }
+            }
+            #[cfg(feature = "exr")]
+            (Form::Exr(exr), Deep::Linear(pixels)) => exr.take_pixels(pixels),
+            _ => {}
         }
         Ok(())
     }
@@ -591,9 +630,10 @@ impl<'a> Colors<'a> {
         match form {
             Form::Flat(rows) => Ok(rows.finish().map_err(|error| target.io(error))?),
             Form::Pixels(encoder, _) => Ok(encoder.finish().map_err(|error| target.io(error))?),
-            Form::Palette { sink, all } => {
-                let written =
-                    png::write_palette_png(sink, subject.meta.region, &all.0, &subject.paint());
+            #[cfg(feature = "exr")]
+            Form::Exr(exr) => exr.finish(subject),
+            Form::Palette { sink, about, all } => {
+                let written = png::write_palette_png(sink, &about, &all.0, &subject.paint());
                 written.map_err(|error| match error {
                     PaletteError::Io(error) => target.io(error).into(),
                     PaletteError::TooManyColors => Error::Palette,
@@ -663,8 +703,9 @@ impl<'a> Merging<'a> {
         let Self(merge) = self;
         let (mut report, mut ties) = (Report::default(), Ties::default());
         let mut source = Merged { merge, ties: &mut ties };
+        let look = Look::flat().background(merge.meta().background);
         let staged = merged(merge, &Control::new(), |subject| {
-            write(sinks, subject, &mut report, told, &mut source)
+            write(sinks, &look, subject, &mut report, told, &mut source)
         })?;
         Ok((staged, report, [ties.pairs, ties.exact]))
     }
@@ -701,10 +742,11 @@ impl Source for Merged<'_, '_> {
     fn pixels(
         &mut self,
         _: Region,
+        _: Depth,
         _: &Control,
         _: &mut Report,
         _: &mut dyn FnMut(Step),
-    ) -> Result<Vec<[u8; 4]>, Error> {
-        Ok(Vec::new())
+    ) -> Result<Deep, Error> {
+        Ok(Deep::Eight(Vec::new()))
     }
 }

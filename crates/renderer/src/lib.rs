@@ -11,6 +11,8 @@
 #![forbid(unsafe_code)]
 #![warn(missing_debug_implementations)]
 
+#[cfg(all(feature = "files", feature = "parts"))]
+mod about;
 mod bands;
 mod camera;
 mod engine;
@@ -29,6 +31,8 @@ mod picture;
 mod pixels;
 #[cfg(all(feature = "files", feature = "parts"))]
 mod plan;
+#[cfg(all(feature = "files", feature = "parts"))]
+mod planes;
 #[cfg(feature = "read")]
 mod read;
 mod renderer;

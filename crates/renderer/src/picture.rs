@@ -199,7 +199,8 @@ impl Picture {
     #[cfg(feature = "png")]
     fn write_rows(&self, out: impl std::io::Write, paint: Paint) -> Result<(), Error> {
         let region = self.region();
-        let mut rows = png::PngRows::new(out, region, paint)?;
+        let about = png::About { size: self.size(), ..png::About::default() };
+        let mut rows = png::PngRows::new(out, &about, paint)?;
         for some in bands(region, PIECE) {
             let start = (some.y - region.y) as usize * region.width as usize;
             rows.push(&self.ids[start..start + some.pixels()])?;

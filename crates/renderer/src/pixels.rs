@@ -9,6 +9,7 @@ use planisphere_core::{
     exact::decide::Truth,
 };
 use planisphere_image::{
+    form::Form,
     look::LookError,
     resolve::{Columns, Resolver},
     style::Style,
@@ -101,14 +102,14 @@ impl<'a> Pixels<'a> {
         self.view.per_pixel == 1
     }
 
-    /// Draws the pixels of a region: sRGB and straight alpha. And its ids, unless `ids` is empty:
-    /// only where [`Pixels::has_ids`].
-    pub fn draw(
+    /// Draws the pixels of a region, in any form. And its ids, unless `ids` is empty: only where
+    /// [`Pixels::has_ids`].
+    pub fn draw<P: Form>(
         &mut self,
         engine: &mut Engine,
         region: Region,
         control: &Control,
-        to: &mut [[u8; 4]],
+        to: &mut [P],
         ids: &mut [i32],
     ) -> Result<Spent, Error> {
         let mut spent = Spent::default();
@@ -139,7 +140,7 @@ impl<'a> Pixels<'a> {
                 let to = &mut to[start..start + piece.pixels()];
                 resolver.pixels(piece, &drawing.ids, to)?;
             } else {
-                part.resize(piece.pixels(), [0; 4]);
+                part.resize(piece.pixels(), P::default());
                 resolver.pixels(piece, &drawing.ids, &mut part)?;
                 let (aside, width) = ((piece.x - region.x) as usize, piece.width as usize);
                 let rows = to[start..].chunks_mut(region.width as usize);

@@ -15,7 +15,12 @@ use planisphere_core::{
     text,
 };
 
-use crate::{Renderer, Request, bands::BAND, files::Sinks, source::Means};
+use crate::{
+    Renderer, Request,
+    bands::BAND,
+    files::{Kind, Sinks},
+    source::Means,
+};
 
 /// What a look at some or all spheres tells. Numbers of spheres and entries are of the whole scene,
 /// by proportion where not all were looked at.
@@ -125,6 +130,12 @@ pub struct Plan {
     depth: bool,
     /// Whether what merging needs is.
     part: bool,
+    /// Whether normals and positions are.
+    vectors: [bool; 2],
+    /// Whether all planes in one archive are: the ids of all pixels wait for the last.
+    all: bool,
+    /// Whether the picture is OpenEXR, of which all planes are in memory at once.
+    exr: bool,
     /// What a look at the spheres told.
     survey: Survey,
 }
@@ -164,6 +175,9 @@ impl Renderer {
             ids: sinks.ids.is_some(),
             depth: sinks.depth.is_some(),
             part: sinks.part.is_some(),
+            vectors: [sinks.normals.is_some(), sinks.positions.is_some()],
+            all: sinks.planes.is_some(),
+            exr: sinks.picture.is_some() && sinks.kind == Kind::Exr,
             survey,
         }
     }
@@ -185,6 +199,11 @@ impl Plan {
         let ids = 4 * (pixels + waiting);
         let part = (16 << 20) + self.spheres as u64 / 8;
         let planes = ids + 4 * pixels * u64::from(self.depth) + part * u64::from(self.part);
+        let vectors = self.vectors.iter().filter(|wanted| **wanted).count() as u64;
+        let whole = self.region.pixels() as u64;
+        let planes = planes + 12 * pixels * vectors + 4 * whole * u64::from(self.all);
+        // Colours, ids, depths and two vectors; packed, they are hardly longer.
+        let planes = planes + 2 * 48 * whole * u64::from(self.exr);
         let work = self.workload();
         let device = match &self.means {
             Means::Cpu { .. } => cpu::memory(&work),
@@ -274,7 +293,10 @@ fn lines(facts: &Plan) -> Vec<(&'static str, String)> {
         drawing(facts, about, &mut lines);
     }
     lines.push(("planes", planes(facts)));
-    if facts.picture {
+    if facts.exr {
+        let words = "linear light, and all planes: they wait in memory until the last is known";
+        lines.push(("OpenEXR", words.into()));
+    } else if facts.picture {
         let kind = match facts.palette {
             true => {
                 "a palette, if at most 256 colours are seen: all ids wait until the last is known"
@@ -376,6 +398,13 @@ fn planes(facts: &Plan) -> String {
         (facts.depth, "depths"),
         (facts.part, "what merging needs"),
     ];
+    // These are said where they are made.
+    let more = [
+        (facts.vectors[0], "normals"),
+        (facts.vectors[1], "positions"),
+        (facts.all, "all planes in one file"),
+    ];
+    let all: Vec<_> = all.into_iter().chain(more.into_iter().filter(|(is, _)| *is)).collect();
     let of = |wanted: bool| {
         let names: Vec<&str> =
             all.iter().filter(|(is, _)| *is == wanted).map(|(_, name)| *name).collect();
@@ -418,6 +447,9 @@ mod tests {
             ids: false,
             depth: false,
             part: false,
+            vectors: [false; 2],
+            all: false,
+            exr: false,
             survey: Survey { step: 1, entries: 150, tiles: 512, empty: 12, ..Survey::default() },
         }
     }

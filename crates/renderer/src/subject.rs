@@ -40,12 +40,21 @@ impl Subject<'_> {
 
     /// Distances of the ids of some rows.
     pub fn depths(&self, some: Region, ids: &[i32]) -> Result<Vec<f32>, Error> {
+        self.plane(some, ids, |some, ids| depth::depths(self.scene, self.truth, some, ids))
+    }
+
+    /// Numbers of the ids of some rows, which are worked out some rows at a time.
+    pub fn plane<T>(
+        &self,
+        some: Region,
+        ids: &[i32],
+        of: impl Fn(Region, &[i32]) -> Result<Vec<T>, PlaneError>,
+    ) -> Result<Vec<T>, Error> {
         let mut all = Vec::with_capacity(ids.len());
         for piece in bands(some, PIECE) {
             self.control.check()?;
             let ids = &ids[all.len()..all.len() + piece.pixels()];
-            let depths = depth::depths(self.scene, self.truth, piece, ids);
-            all.extend(depths.map_err(|error| self.refused(error))?);
+            all.extend(of(piece, ids).map_err(|error| self.refused(error))?);
         }
         Ok(all)
     }

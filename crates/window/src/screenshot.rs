@@ -3,7 +3,6 @@
 
 use std::{
     ffi::{OsStr, OsString},
-    fmt::Write,
     path::PathBuf,
 };
 
@@ -15,6 +14,7 @@ use planisphere_core::{
 };
 use planisphere_image::Paint;
 use planisphere_io::{
+    camera,
     output::{self, OutputError, Target},
     png,
 };
@@ -67,34 +67,8 @@ pub(super) fn save(
 pub(super) fn table(view: &View, scene: ImageSize) -> String {
     let ImageSize { width, height } = view.image;
     let camera = navigate::resized(&view.camera, view.image, scene);
-    let mut text = format!("# as seen at {width} x {height} pixels\n[camera]\n");
-    let projection = match camera.projection {
-        Projection::Orthographic => "orthographic",
-        Projection::Perspective => "perspective",
-    };
-    // Writing into a string does not fail. The debug form of an f64 is the shortest one that is
-    // read back as the same.
-    let _ = writeln!(text, "projection = \"{projection}\"");
-    for (key, vector) in [("origin", camera.origin), ("view", camera.view), ("up", camera.up)] {
-        let _ = writeln!(text, "{key} = [{:?}, {:?}, {:?}]", vector.x, vector.y, vector.z);
-    }
     let fov = fov(&camera, view.image, scene);
-    let (width, height) = match (fov, camera.size) {
-        (Some(_), _) => (None, None),
-        (None, ScreenSize::Width(width)) => (Some(width), None),
-        (None, ScreenSize::Height(height)) => (None, Some(height)),
-        (None, ScreenSize::Both { width, height }) => (Some(width), Some(height)),
-    };
-    let far = camera.far.is_finite().then_some(camera.far);
-    let near = Some(camera.near);
-    for (key, value) in
-        [("fov", fov), ("width", width), ("height", height), ("near", near), ("far", far)]
-    {
-        if let Some(value) = value {
-            let _ = writeln!(text, "{key} = {value:?}");
-        }
-    }
-    text
+    format!("# as seen at {width} x {height} pixels\n{}", camera::table(&camera, fov))
 }
 
 /// The field of view that stands for exactly this screen, if there is one: in images of both sizes,

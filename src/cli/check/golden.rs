@@ -1,6 +1,6 @@
 //! One golden and what is drawn, held against each other: colours by colours, ids by ids.
 
-use std::path::Path;
+use std::{io::Cursor, path::Path};
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use super::{super::Failure, count};
 use planisphere_io::{
     load,
     npy::Integers,
-    picture::{Golden, ReadError, png_size, read_png},
+    picture::png::{self, Decoded, ReadError},
     text,
 };
 use planisphere_renderer::{Compared, Picture, compare};
@@ -130,21 +130,23 @@ pub(super) fn picture(
     path: &Path,
     drawn: &Picture,
     how: How,
-) -> Result<(Finding<Pixel>, Option<Golden>), Failure> {
+) -> Result<(Finding<Pixel>, Option<Decoded>), Failure> {
     let Some(bytes) = load::whole(path)? else { return Ok((Finding::missing(path), None)) };
     // A picture of another size need not be unpacked.
-    let golden = match png_size(&bytes) {
+    let most = 4 * drawn.ids().len() as u64;
+    let golden = match png::size(Cursor::new(&bytes)) {
         Ok(size) if size != drawn.size() => {
             let words = other_size(path, size, drawn.size(), how.whole);
             return Ok((Finding::unseen(path, State::Failed, words), None));
         }
-        size => size.and_then(|_| read_png(&bytes)),
+        size => size.and_then(|_| png::read(Cursor::new(&bytes), most)),
     };
     drop(bytes);
     match golden {
         Ok(golden) => Ok((colors(path, &golden, drawn, how), Some(golden))),
         Err(error) if how.bless => {
-            let own = !matches!(error, ReadError::Other(_) | ReadError::Memory(_));
+            use ReadError::{Io, Other, TooLarge, Unknown};
+            let own = !matches!(error, Other(_) | Unknown(_) | TooLarge { .. } | Io(_));
             replaced(path, &error.to_string(), own).map(|finding| (finding, None))
         }
         Err(error) => Err(unread(path, &error.to_string())),
@@ -163,7 +165,7 @@ fn other_size(path: &Path, golden: [u32; 2], drawn: [u32; 2], whole: bool) -> St
 }
 
 /// Compares the colours of a picture of the golden's size.
-fn colors(path: &Path, golden: &Golden, drawn: &Picture, how: How) -> Finding<Pixel> {
+fn colors(path: &Path, golden: &Decoded, drawn: &Picture, how: How) -> Finding<Pixel> {
     let wanted = Compared { size: golden.size, rgba: &golden.pixels };
     let all = compare(wanted, drawn.pixels(), 0);
     let counted = match how.max_delta {

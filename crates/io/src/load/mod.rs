@@ -38,9 +38,14 @@ use planisphere_core::{
 };
 use planisphere_image::look::Look;
 
+#[cfg(feature = "png")]
+pub use self::picture::header;
+
 mod batches;
 mod document;
 mod look;
+#[cfg(feature = "png")]
+mod picture;
 mod scene_file;
 
 /// The size of an image that has none in its file, in pixels.
@@ -281,13 +286,18 @@ pub fn whole(path: &Path) -> Result<Option<Vec<u8>>, LoadError> {
     }
 }
 
-/// Reads the `[camera]` of a scene file.
+/// Reads the `[camera]` of a scene file, or of a picture that was drawn with one: a PNG.
 ///
 /// # Errors
 /// When there is none; what is wrong with it.
 pub fn camera(path: &Path) -> Result<Wanted, LoadError> {
     let control = Control::new();
     Named::of(path).finish(&control, |named| {
+        #[cfg(feature = "png")]
+        if let Some(text) = picture::camera(path)? {
+            let of = format!("{}, {}", named.name, crate::camera::KEY);
+            return scene_file::camera(&text).map_err(|fault| fault.into_error(&of, &text));
+        }
         let bytes = stream::read(path, &control).map_err(|refused| named.refused(&refused))?;
         let text = named.text(bytes)?;
         let text = text.trim_start_matches('\u{feff}');

@@ -1,6 +1,9 @@
 //! Writes NumPy archives (`.npz`): zip files of uncompressed arrays, the same bytes everywhere.
 
-use std::io::{self, Write};
+use std::{
+    fmt,
+    io::{self, Write},
+};
 
 use zip::{
     CompressionMethod, ZipWriter,
@@ -13,10 +16,16 @@ use super::header;
 const CHUNK: usize = 1 << 18;
 
 /// An archive on its way out, array by array.
-pub(crate) struct Archive<W: Write> {
+pub struct Archive<W: Write> {
     zip: ZipWriter<StreamWriter<W>>,
     /// Each array begins at a multiple of so many bytes, so that it can be used where it lies.
     alignment: u16,
+}
+
+impl<W: Write> fmt::Debug for Archive<W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Archive").field("alignment", &self.alignment).finish_non_exhaustive()
+    }
 }
 
 impl<W: Write> Archive<W> {

@@ -12,6 +12,8 @@ pub(crate) mod number;
 pub(crate) mod read;
 mod write;
 
+#[cfg(any(feature = "convert", feature = "parts"))]
+pub use archive::Archive;
 #[cfg(feature = "read")]
 pub use integers::{Integers, NotIntegers};
 pub use write::{Plane, header, record_header, write_f32, write_i32};

@@ -10,8 +10,8 @@ use std::{
 use ::png::{BlendOp, Compression, DisposeOp, Writer};
 use gif::{DisposalMethod, EncodingError, Frame, Repeat};
 
-use super::{About, png};
-use crate::png::{into_io, invalid};
+use super::About;
+use crate::png::{head, into_io, invalid};
 use planisphere_core::text;
 
 /// A format of animations.
@@ -201,7 +201,7 @@ fn begin_apng<W: Write>(
     frames: u32,
     [part, of]: [u16; 2],
 ) -> io::Result<Format<W>> {
-    let mut encoder = png::encoder(out, about)?;
+    let mut encoder = head::encoder(out, about)?;
     encoder.set_compression(Compression::Fast);
     encoder.set_animated(frames, 0).map_err(into_io)?;
     encoder.set_frame_delay(part, of).map_err(into_io)?;
@@ -209,7 +209,7 @@ fn begin_apng<W: Write>(
     encoder.set_blend_op(BlendOp::Source).map_err(into_io)?;
     encoder.set_dispose_op(DisposeOp::None).map_err(into_io)?;
     let mut writer = encoder.write_header().map_err(into_io)?;
-    png::write_texts(&mut writer, about)?;
+    head::write_texts(&mut writer, about)?;
     Ok(Format::Apng { writer, values: Vec::new() })
 }
 

@@ -47,6 +47,12 @@ pub enum Channel<'a> {
     F32(&'a [f32]),
     /// Whole numbers, such as ids; `u32::MAX` stands for none.
     U32(&'a [u32]),
+    /// Whole numbers, of which -1 is written as `u32::MAX`.
+    Ids(&'a [i32]),
+    /// One float of each three.
+    Of3(&'a [[f32; 3]], usize),
+    /// One float of each four.
+    Of4(&'a [[f32; 4]], usize),
 }
 
 impl Channel<'_> {
@@ -54,14 +60,17 @@ impl Channel<'_> {
         match self {
             Self::F32(values) => values.len(),
             Self::U32(values) => values.len(),
+            Self::Ids(values) => values.len(),
+            Self::Of3(values, _) => values.len(),
+            Self::Of4(values, _) => values.len(),
         }
     }
 
     /// The number of its type in a file.
     fn number(self) -> u32 {
         match self {
-            Self::F32(_) => 2,
-            Self::U32(_) => 0,
+            Self::F32(_) | Self::Of3(..) | Self::Of4(..) => 2,
+            Self::U32(_) | Self::Ids(_) => 0,
         }
     }
 
@@ -70,6 +79,13 @@ impl Channel<'_> {
         match self {
             Self::F32(values) => out.extend(values[place].iter().flat_map(|v| v.to_le_bytes())),
             Self::U32(values) => out.extend(values[place].iter().flat_map(|v| v.to_le_bytes())),
+            Self::Ids(values) => out.extend(values[place].iter().flat_map(|v| v.to_le_bytes())),
+            Self::Of3(values, at) => {
+                out.extend(values[place].iter().flat_map(|v| v[at].to_le_bytes()));
+            }
+            Self::Of4(values, at) => {
+                out.extend(values[place].iter().flat_map(|v| v[at].to_le_bytes()));
+            }
         }
     }
 }

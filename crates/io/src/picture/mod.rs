@@ -13,7 +13,6 @@ mod kind;
 pub mod png;
 #[cfg(feature = "pictures")]
 mod qoi;
-mod read;
 mod sniff;
 #[cfg(feature = "pictures")]
 mod tiff;
@@ -27,26 +26,9 @@ use std::{
     io::{self, Write},
 };
 
-pub use self::{
-    kind::{Kind, UnknownEnding},
-    read::{Golden, ReadError, png_size, read_png},
-};
+pub use self::kind::{Kind, UnknownEnding};
+pub use crate::png::About;
 use crate::png::invalid;
-
-/// What a picture is beside its pixels.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct About<'a> {
-    /// Width and height.
-    pub size: [u32; 2],
-    /// Whether alpha is written; else the fourth value of pixels is ignored.
-    pub alpha: bool,
-    /// Whether a channel has 16 bits; else 8.
-    pub depth16: bool,
-    /// Pixels per inch, where the format holds it.
-    pub dpi: Option<f64>,
-    /// Keys and texts, where the format holds them.
-    pub text: &'a [(String, String)],
-}
 
 /// Whole rows of pixels: red, green, blue and straight alpha, in sRGB.
 #[derive(Clone, Copy, Debug)]

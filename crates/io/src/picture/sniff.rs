@@ -1,7 +1,7 @@
 //! What a file is by its first bytes, when it is not the picture that it should be.
 
 /// How many of a file's first bytes are looked at.
-pub(super) const FIRST: usize = 64;
+pub(super) const FIRST: usize = 512;
 
 /// Formats that begin with fixed bytes.
 const BEGIN: [(&[u8], &str); 21] = [
@@ -49,7 +49,7 @@ pub(super) fn sniff(first: &[u8]) -> Option<&'static str> {
     };
     if starts("<!doctype html") || starts("<html") {
         Some("a web page (HTML)")
-    } else if starts("<svg") {
+    } else if starts("<svg") || (starts("<?xml") && first.windows(4).any(|part| part == b"<svg")) {
         Some("an SVG")
     } else if starts("<?xml") {
         Some("an XML file")
@@ -76,6 +76,7 @@ mod tests {
             (b"<html lang=en>", "a web page (HTML)"),
             (b"P6\n1 1\n255\n", "a Netpbm picture"),
             (b"<?xml version", "an XML file"),
+            (b"<?xml version='1.0'?>\n<svg xmlns=''>", "an SVG"),
         ] {
             assert_eq!(sniff(bytes), Some(name));
         }

@@ -8,6 +8,7 @@
 //! numbers.
 
 mod deflate;
+pub(crate) mod head;
 mod rows;
 
 use std::{
@@ -16,9 +17,11 @@ use std::{
     ops::Range,
 };
 
-use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter};
+use png::{BitDepth, ColorType, DeflateCompression, Filter};
 use rayon::prelude::*;
 
+pub use self::head::About;
+pub(crate) use self::head::INCH;
 pub(crate) use self::rows::{Bands, Rows, into_io, invalid};
 use self::{
     deflate::{Band, Run},
@@ -58,8 +61,9 @@ pub fn write_png(
     ids: &[i32],
     paint: &Paint,
 ) -> io::Result<()> {
-    checked(paint, region, ids)?;
-    let mut rows = PngRows::new(out, region, *paint)?.0;
+    let about = About { size: [region.width, region.height], ..About::default() };
+    checked(paint, &about, ids)?;
+    let mut rows = PngRows::new(out, &about, *paint)?.0;
     rows.take(ids)?;
     rows.finish()
 }
@@ -80,7 +84,7 @@ pub fn write_rgb(
         let words = format!("{} pixels are no picture of {width} x {height}", pixels.len());
         return Err(invalid(words));
     }
-    let mut rows = begin(out, [width, height], Rgb)?;
+    let mut rows = begin(out, &About { size: [width, height], ..About::default() }, Rgb)?;
     rows.take(pixels)?;
     rows.finish()
 }
@@ -89,12 +93,13 @@ pub fn write_rgb(
 pub struct PngRows<'a, W: Write>(Rows<W, Runs<Paint<'a>>>);
 
 impl<'a, W: Write> PngRows<'a, W> {
-    /// Begins the picture of a region.
+    /// Begins a picture, of 8 bits a channel and without alpha.
     ///
     /// # Errors
-    /// The writer's.
-    pub fn new(out: W, region: Region, paint: Paint<'a>) -> io::Result<Self> {
-        begin(out, [region.width, region.height], paint).map(Self)
+    /// The writer's; of the kind `InvalidInput` when what is told of the picture is none that a PNG
+    /// of that kind holds.
+    pub fn new(out: W, about: &About, paint: Paint<'a>) -> io::Result<Self> {
+        begin(out, about, paint).map(Self)
     }
 
     /// Takes the ids of the next rows.
@@ -198,34 +203,36 @@ impl<S: Source> Bands for Runs<S> {
 }
 
 /// Begins a picture as RGB.
-fn begin<W: Write, S: Source>(
-    out: W,
-    [width, height]: [u32; 2],
-    source: S,
-) -> io::Result<Rows<W, Runs<S>>> {
-    let mut encoder = Encoder::new(out, width, height);
-    encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(BitDepth::Eight);
-    let writer = encoder.write_header().map_err(into_io)?;
-    Ok(Rows::new(writer, [width, height], Runs(source), BAND))
+fn begin<W: Write, S: Source>(out: W, about: &About, source: S) -> io::Result<Rows<W, Runs<S>>> {
+    flat(about)?;
+    Ok(Rows::new(head::begin(out, about)?, about.size, Runs(source), BAND))
 }
 
-/// Writes the picture of a region's ids, as indices of a palette.
+/// Refuses what a picture of colours does not have.
+fn flat(about: &About) -> io::Result<()> {
+    if about.alpha || about.depth16 {
+        return Err(invalid("flat colours have 8 bits a channel and no alpha"));
+    }
+    Ok(())
+}
+
+/// Writes a picture of ids, as indices of a palette.
 ///
 /// # Errors
 /// When there are too many colours, before anything is written; and the writer's, of the
 /// kind `InvalidInput` when the ids are not those of this region and scene.
 pub fn write_palette_png(
     out: &mut dyn Write,
-    region: Region,
+    about: &About,
     ids: &[i32],
     paint: &Paint,
 ) -> Result<(), PaletteError> {
-    checked(paint, region, ids)?;
+    checked(paint, about, ids)?;
+    flat(about)?;
     let palette = Palette::of(ids, paint).ok_or(PaletteError::TooManyColors)?;
-    let width = region.width as usize;
+    let [width, height] = about.size.map(|side| side as usize);
     let (bits, depth) = palette.depth();
-    let mut encoder = Encoder::new(out, region.width, region.height);
+    let mut encoder = head::encoder(out, about)?;
     encoder.set_color(ColorType::Indexed);
     encoder.set_depth(depth);
     encoder.set_palette(palette.bytes());
@@ -238,10 +245,11 @@ pub fn write_palette_png(
         encoder.set_filter(Filter::Up);
     }
     let mut writer = encoder.write_header().map_err(into_io)?;
+    head::write_texts(&mut writer, about)?;
     let mut stream = writer.stream_writer_with_size(CHUNK).map_err(into_io)?;
     let row_bytes = (width * bits).div_ceil(8);
     let band_rows = (PACKED / width).max(1);
-    let mut bytes = vec![0; row_bytes * band_rows.min(region.height as usize)];
+    let mut bytes = vec![0; row_bytes * band_rows.min(height)];
     for ids in ids.chunks(band_rows * width) {
         let rows = &mut bytes[..ids.len() / width * row_bytes];
         rows.par_chunks_mut(row_bytes)
@@ -255,7 +263,9 @@ pub fn write_palette_png(
 }
 
 /// Refuses ids that are not one of the scene for each pixel.
-fn checked(paint: &Paint, region: Region, ids: &[i32]) -> io::Result<()> {
+fn checked(paint: &Paint, about: &About, ids: &[i32]) -> io::Result<()> {
+    let [width, height] = about.size;
+    let region = Region { x: 0, y: 0, width, height };
     if ids.len() != region.pixels() {
         return Err(invalid(PlaneError::Length { ids: ids.len(), region }));
     }
@@ -363,6 +373,10 @@ mod tests {
         Scene::from_spheres(&spheres).unwrap()
     }
 
+    fn about(region: Region) -> About<'static> {
+        About { size: [region.width, region.height], ..About::default() }
+    }
+
     /// What a decoder that is not ours makes of a file, and the bits of its pixels.
     fn decoded(bytes: &[u8]) -> (image::RgbImage, usize) {
         let info = png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
@@ -386,7 +400,7 @@ mod tests {
                     write_png(&mut rgb, region, &ids, &paint).unwrap();
                     let mut files = vec![rgb];
                     let mut indexed = Vec::new();
-                    match write_palette_png(&mut indexed, region, &ids, &paint) {
+                    match write_palette_png(&mut indexed, &about(region), &ids, &paint) {
                         Ok(()) => files.push(indexed),
                         Err(error) => {
                             assert!(matches!(error, PaletteError::TooManyColors), "{error}");
@@ -497,7 +511,7 @@ mod tests {
         // A band has 210 rows.
         for rows_at_a_time in [1, 7, 209, 210, 211, 640, 999] {
             let mut bytes = Vec::new();
-            let mut rows = PngRows::new(&mut bytes, region, paint).unwrap();
+            let mut rows = PngRows::new(&mut bytes, &about(region), paint).unwrap();
             ids.chunks(311 * rows_at_a_time).for_each(|ids| rows.push(ids).unwrap());
             rows.finish().unwrap();
             assert!(bytes == whole, "{rows_at_a_time} rows at a time");
@@ -573,13 +587,14 @@ mod tests {
         for ids in [&[0, 1, -1, 2][..], &[0, 1, -1], &[0; 5], &[]] {
             let error = write_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{error}");
-            let error = write_palette_png(&mut Vec::new(), region, ids, &paint).unwrap_err();
+            let error =
+                write_palette_png(&mut Vec::new(), &about(region), ids, &paint).unwrap_err();
             assert!(
                 matches!(&error, PaletteError::Io(e) if e.kind() == io::ErrorKind::InvalidInput),
                 "{error}"
             );
         }
-        let rows = || PngRows::new(Vec::new(), region, paint).unwrap();
+        let rows = || PngRows::new(Vec::new(), &about(region), paint).unwrap();
         for (ids, words) in
             [(&[0, 2][..], "id 2"), (&[0, 1, 0], "whole rows"), (&[0; 6], "3 rows come where 2")]
         {
@@ -596,7 +611,7 @@ mod tests {
         // No picture at all.
         let nothing = Region { height: 0, ..region };
         assert!(write_png(&mut Vec::new(), nothing, &[], &paint).is_err());
-        assert!(write_palette_png(&mut Vec::new(), nothing, &[], &paint).is_err());
+        assert!(write_palette_png(&mut Vec::new(), &about(nothing), &[], &paint).is_err());
     }
 
     #[test]

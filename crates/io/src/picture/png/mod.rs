@@ -5,7 +5,5 @@ mod pack;
 mod read;
 mod write;
 
-pub use self::read::{Decoded, ReadError, read, read_deep};
+pub use self::read::{Decoded, Header, ReadError, header, read, read_deep, size};
 pub(super) use self::write::Pixels;
-#[cfg(feature = "pictures")]
-pub(super) use self::write::{encoder, write_texts};

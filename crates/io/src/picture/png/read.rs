@@ -7,9 +7,13 @@ use std::io::{self, BufRead, Seek};
 
 use png::{
     BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Limits, Reader, Transformations,
+    Unit,
 };
 
-use crate::picture::sniff::{FIRST, LFS, sniff};
+use crate::{
+    picture::sniff::{FIRST, LFS, sniff},
+    png::INCH,
+};
 use planisphere_core::text;
 
 /// The first bytes of a PNG.
@@ -37,42 +41,57 @@ pub struct Decoded<T = u8> {
     pub text: Vec<(String, String)>,
 }
 
-/// Why a PNG is not read: words that follow the file's name, and what to do.
+/// What a PNG says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Whether the file holds alpha, be it of one colour only.
+    pub alpha: bool,
+    /// Bits of a channel, or of an index of its palette: 1, 2, 4, 8 or 16.
+    pub bits: u8,
+    /// Pixels per inch, across and down.
+    pub dpi: Option<[f64; 2]>,
+    /// As of [`Decoded::text`].
+    pub text: Vec<(String, String)>,
+}
+
+/// Why a PNG is not read: words that follow the file's name, and end with the fix.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file has no bytes.
-    #[error("it is empty; name a PNG")]
+    #[error("is empty; name a PNG, or write it again")]
     Empty,
     /// It is a small text file in place of the picture.
-    #[error("it is {LFS}, not the picture itself; `git lfs pull` fetches the picture")]
+    #[error("is {LFS}, not the picture itself; fetch that with `git lfs pull`")]
     Pointer,
     /// It is something else that is known.
-    #[error("it is {0}, not a PNG; convert it to PNG, or name another file")]
+    #[error("is {0}, not a PNG; convert it to PNG, or name another file")]
     Other(&'static str),
     /// A transfer as text has changed its bytes.
     #[error(
-        "it is a PNG whose line ends were changed on the way, which cannot be undone; copy it \
-         again as binary"
+        "is a PNG whose line ends were changed, as of a text; mark it as binary (`*.png binary` in \
+         .gitattributes), and write or copy it again"
     )]
     LineEnds,
     /// It is something else.
-    #[error("it is not a PNG: it begins with {0}; name a PNG")]
+    #[error("is not a PNG: it begins with {0}; name a PNG")]
     Unknown(String),
     /// It ends too early.
-    #[error("the file is cut short; copy it again")]
+    #[error("is a PNG that is cut short; write or copy it again")]
     Cut,
     /// It is damaged.
-    #[error("the PNG is damaged: {0}; copy or write it again")]
+    #[error("is a damaged PNG ({}); write or copy it again", text::value(.0))]
     Damaged(String),
     /// It holds more than one picture.
-    #[error("it is an animation of {0} pictures, where one is needed; name a PNG of one picture")]
+    #[error("is an animation of {0} pictures; save the one that is meant")]
     Animated(u32),
     /// Its values do not fit into 8 bits.
-    #[error("it has 16 bits a channel, where 8 are needed; write it with 8 bits")]
+    #[error("has 16 bits a channel, where 8 are needed; save it with 8 bits a channel")]
     Deep,
     /// Its pixels need too much memory.
     #[error(
-        "its {} x {} pixels need {}, and {} may be used; name a smaller picture",
+        "has {} x {} pixels, which need {}, and {} may be used; name a smaller picture",
         .size[0], .size[1], text::bytes(*.bytes), text::bytes(*.most)
     )]
     TooLarge {
@@ -84,10 +103,10 @@ pub enum ReadError {
         most: u64,
     },
     /// Its texts or its profile need too much memory.
-    #[error("its texts need more than {}; write it without them", text::bytes(BESIDE as u64))]
+    #[error("has texts that need more than {}; save it without them", text::bytes(BESIDE as u64))]
     TooMuchText,
     /// The reader's own error.
-    #[error("{0}")]
+    #[error("cannot be read: {0}")]
     Io(io::Error),
 }
 
@@ -165,8 +184,51 @@ pub fn read_deep(from: impl BufRead + Seek, most: u64) -> Result<Decoded<u16>, R
     Ok(Decoded { size, pixels: pixels.collect(), alpha, bits, text })
 }
 
+/// Width and height of a PNG of any kind, of which no more than the header is read.
+///
+/// # Errors
+/// When it is no PNG, or its header is damaged or cut short; and the reader's own.
+pub fn size(from: impl BufRead + Seek) -> Result<[u32; 2], ReadError> {
+    let mut decoder = begun(from)?;
+    let header = decoder.read_header_info()?;
+    Ok([header.width, header.height])
+}
+
+/// What a PNG of any kind says of itself. Its pixels are passed over, for its texts may come after
+/// them.
+///
+/// # Errors
+/// When it is no PNG, is damaged or cut short; and the reader's own.
+pub fn header(from: impl BufRead + Seek) -> Result<Header, ReadError> {
+    let mut reader = opened(from)?;
+    reader.finish()?;
+    let info = reader.info();
+    let dpi = info.pixel_dims.filter(|dims| dims.unit == Unit::Meter);
+    Ok(Header {
+        size: [info.width, info.height],
+        alpha: has_alpha(info),
+        bits: info.bit_depth as u8,
+        dpi: dpi.map(|dims| [dims.xppu, dims.yppu].map(|dots| f64::from(dots) * INCH)),
+        text: texts(info)?,
+    })
+}
+
+/// Whether there is alpha, be it of one colour only.
+fn has_alpha(info: &png::Info<'_>) -> bool {
+    info.trns.is_some() || matches!(info.color_type, ColorType::GrayscaleAlpha | ColorType::Rgba)
+}
+
 /// Reads all that comes before the pixels.
-fn opened<R: BufRead + Seek>(mut from: R) -> Result<Reader<R>, ReadError> {
+fn opened<R: BufRead + Seek>(from: R) -> Result<Reader<R>, ReadError> {
+    let reader = begun(from)?.read_info()?;
+    match reader.info().animation_control {
+        Some(animation) => Err(ReadError::Animated(animation.num_frames)),
+        None => Ok(reader),
+    }
+}
+
+/// A decoder of what begins as a PNG does.
+fn begun<R: BufRead + Seek>(mut from: R) -> Result<Decoder<R>, ReadError> {
     let begin = from.stream_position()?;
     let mut first = Vec::new();
     io::Read::read_to_end(&mut io::Read::take(&mut from, FIRST as u64), &mut first)?;
@@ -178,11 +240,7 @@ fn opened<R: BufRead + Seek>(mut from: R) -> Result<Reader<R>, ReadError> {
     let mut decoder = Decoder::new_with_options(from, options);
     decoder.set_limits(Limits { bytes: BESIDE });
     decoder.set_transformations(Transformations::EXPAND | Transformations::ALPHA);
-    let reader = decoder.read_info()?;
-    match reader.info().animation_control {
-        Some(animation) => Err(ReadError::Animated(animation.num_frames)),
-        None => Ok(reader),
-    }
+    Ok(decoder)
 }
 
 /// Refuses what does not begin as a PNG does.
@@ -193,7 +251,7 @@ fn is_png(first: &[u8]) -> Result<(), ReadError> {
         Err(ReadError::Empty)
     } else if SIGNATURE.starts_with(first) {
         Err(ReadError::Cut)
-    } else if first.starts_with(b"\x89PNG\n") || first.starts_with(b"\x89PNG\r\r") {
+    } else if first.starts_with(b"\x89PNG") {
         Err(ReadError::LineEnds)
     } else {
         Err(match sniff(first) {
@@ -214,8 +272,7 @@ fn pixels<T: Sample, R: BufRead + Seek>(
 ) -> Result<Decoded<T>, ReadError> {
     let info = reader.info();
     let (size, bits) = ([info.width, info.height], info.bit_depth as u8);
-    let alpha = info.trns.is_some()
-        || matches!(info.color_type, ColorType::GrayscaleAlpha | ColorType::Rgba);
+    let alpha = has_alpha(info);
     let count = u64::from(size[0]) * u64::from(size[1]);
     let bytes = count.saturating_mul(size_of::<[T; 4]>() as u64);
     let too_large = || ReadError::TooLarge { size, bytes, most };
@@ -373,26 +430,37 @@ mod tests {
 
     #[test]
     fn what_is_no_png_is_named() {
-        let words = |bytes: &[u8]| read(Cursor::new(bytes), 1 << 20).unwrap_err().to_string();
         for (bytes, want) in [
-            (&b""[..], "it is empty; name a PNG"),
-            (b"version https://git-lfs.github.com/spec/v1\n", "`git lfs pull` fetches"),
-            (b"\xff\xd8\xff\xe0....", "it is a JPEG, not a PNG"),
-            (b"GIF89a", "it is a GIF, not a PNG"),
-            (b"RIFF....WEBPVP8 ", "it is a WebP, not a PNG"),
-            (b"<!doctype html>", "it is a web page (HTML), not a PNG"),
-            (b"\x89PNG\n\x1a\n....", "line ends were changed"),
-            (b"\x89PN", "cut short"),
-            (b"hello there", r#"it begins with "hello th""#),
-            (b"\0\x01", r#"it begins with "\x00\x01""#),
+            (&b""[..], "is empty"),
+            (b"version https://git-lfs.github.com/spec/v1\noid sha256:1\n", "git lfs pull"),
+            (b"\xff\xd8\xff\xe0\0\x10JFIF", "is a JPEG, not a PNG"),
+            (b"GIF89a", "is a GIF"),
+            (b"RIFF\x10\0\0\0WEBPVP8 ", "is a WebP"),
+            (b"BM\x10\0\0\0", "is a BMP"),
+            (b"P6\n2 2\n255\n", "Netpbm"),
+            (b"\n<!DOCTYPE html><html>", "HTML"),
+            (b"<?xml version='1.0'?><svg xmlns=''>", "is an SVG"),
+            (b"404: Not Found", r#"it begins with "404: Not""#),
+            (b"\x01\x02\x03\x04", r#"it begins with "\x01\x02\x03\x04""#),
+            (b"\x89PNG\n\x1a\n\0\0", "*.png binary"),
+            (b"\x89P", "cut short"),
+            (b"\x93NUMPY\x01\0", "NumPy"),
+            (b"\x89PNG\r\n\x1a\n", "cut short"),
         ] {
-            assert!(words(bytes).contains(want), "{}", words(bytes));
+            let errors = [
+                read(Cursor::new(bytes), 1 << 20).unwrap_err(),
+                size(Cursor::new(bytes)).unwrap_err(),
+            ];
+            for error in errors {
+                assert!(error.to_string().contains(want), "{bytes:?}: {error}");
+            }
         }
     }
 
     #[test]
     fn damage_is_told() {
         let whole = file(ColorType::Rgb, BitDepth::Eight, [20, 20], false);
+        assert_eq!(size(Cursor::new(&whole)).unwrap(), [20, 20]);
         for end in 0..whole.len() {
             let error = read(Cursor::new(&whole[..end]), 1 << 20).unwrap_err();
             let early = matches!(error, ReadError::Cut) || end == 0;
@@ -411,7 +479,7 @@ mod tests {
         let need = 64 * 64 * 4;
         assert!(read(Cursor::new(&bytes), need).is_ok());
         let error = read(Cursor::new(&bytes), need - 1).unwrap_err().to_string();
-        assert!(error.starts_with("its 64 x 64 pixels need "), "{error}");
+        assert!(error.starts_with("has 64 x 64 pixels, which need "), "{error}");
         assert!(read_deep(Cursor::new(&bytes), 3 * need).is_ok());
         assert!(read_deep(Cursor::new(&bytes), 3 * need - 1).is_err());
         // A header of four billion columns and rows takes no memory.
