@@ -14,6 +14,7 @@ mod info;
 mod look;
 mod make;
 mod merge;
+mod overlay;
 mod parse;
 mod progress;
 mod reading;

@@ -14,6 +14,7 @@ use planisphere_core::{
         merge::{Merge, MergeError, Ties},
     },
 };
+use planisphere_image::look::LookError;
 use planisphere_io::{
     npy,
     npy::Plane,
@@ -163,7 +164,11 @@ fn rendered(
 ) -> Result<(Staged, Report), Error> {
     pixels::check(request)?;
     let mut report = Report::default();
-    let shaded = sinks.picture.is_some() && !request.look.is_plain();
+    let shaded = sinks.picture.is_some() && !request.is_plain();
+    if shaded && sinks.palette {
+        let words = "holds flat colours without anything over them; write the picture as RGB";
+        return Err(LookError { what: "a palette", words: words.into() }.into());
+    }
     let pixels = shaded.then(|| Pixels::new(request)).transpose()?;
     let mut source = Drawn { engine, request, pixels };
     let staged = of_request(request, sinks.first, control, |subject| {

@@ -14,6 +14,8 @@ use planisphere_image::{
     style::Style,
 };
 
+#[cfg(feature = "overlay")]
+use crate::overlay::Over;
 use crate::{Error, Request, engine::Engine, renderer::device_error};
 
 /// Samples that are drawn at a time, about.
@@ -39,6 +41,8 @@ pub(crate) struct Pixels<'a> {
     style: Style,
     view: View,
     truth: Truth,
+    #[cfg(feature = "overlay")]
+    over: Option<Over>,
     /// Bands of all that is drawn, and whether any was.
     bands: usize,
     begun: bool,
@@ -46,12 +50,24 @@ pub(crate) struct Pixels<'a> {
 
 impl<'a> Pixels<'a> {
     /// Of a request, whose region is the whole of what will be drawn.
+    ///
+    /// # Errors
+    /// When its overlay has no meaning, or no room.
     pub fn new(request: &'a Request) -> Result<Self, Error> {
         let (core, of_pixels) = (request.scene.core(), request.view());
         let style = request.look.style(&of_pixels, &core.bounds());
         let view = style.samples(&of_pixels);
         let truth = Truth::new(&view, core.bounds());
-        let mut all = Self { request, style, view, truth, bands: 0, begun: false };
+        let mut all = Self {
+            request,
+            style,
+            view,
+            truth,
+            #[cfg(feature = "overlay")]
+            over: Over::of(request)?,
+            bands: 0,
+            begun: false,
+        };
         let resolver = all.resolver();
         let pieces = all.pieces(request.region);
         all.bands = pieces.iter().map(|piece| cpu::bands(resolver.samples(*piece))).sum();
@@ -59,7 +75,9 @@ impl<'a> Pixels<'a> {
     }
 
     fn resolver(&self) -> Resolver<'_> {
-        Resolver::new(self.request.scene.core(), &self.truth, &self.style, Columns::default())
+        let scene = &self.request.scene;
+        let columns = Columns { groups: scene.groups(), ..Columns::default() };
+        Resolver::new(scene.core(), &self.truth, &self.style, columns)
     }
 
     /// Pieces of a region, of about [`SAMPLES`] samples each.
@@ -85,9 +103,26 @@ impl<'a> Pixels<'a> {
         self.view.per_pixel == 1
     }
 
-    /// Draws the pixels of a region: sRGB and straight alpha. And its ids, unless `ids` is empty:
-    /// only where [`Pixels::has_ids`].
+    /// Draws the pixels of some whole rows, with what is over them: sRGB and straight alpha. And
+    /// their ids, unless `ids` is empty: only where [`Pixels::has_ids`].
     pub fn draw(
+        &mut self,
+        engine: &mut Engine,
+        region: Region,
+        control: &Control,
+        to: &mut [[u8; 4]],
+        ids: &mut [i32],
+    ) -> Result<Spent, Error> {
+        let spent = self.draw_under(engine, region, control, to, ids)?;
+        #[cfg(feature = "overlay")]
+        if let Some(over) = &self.over {
+            over.onto(region, to)?;
+        }
+        Ok(spent)
+    }
+
+    /// The same without what is over them.
+    fn draw_under(
         &mut self,
         engine: &mut Engine,
         region: Region,
@@ -152,8 +187,9 @@ impl<'a> Pixels<'a> {
 /// # Errors
 /// When lines go by groups, and the scene has none.
 pub(crate) fn check(request: &Request) -> Result<(), Error> {
-    if request.look.needs_groups() {
-        let words = "goes by groups, and the scene has none; give each sphere one".into();
+    if request.look.needs_groups() && request.scene.groups().is_none() {
+        let words =
+            "goes by groups, and the scene has none; give each sphere one (Scene::grouped)".into();
         return Err(LookError { what: "outline", words }.into());
     }
     Ok(())

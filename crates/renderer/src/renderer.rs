@@ -243,7 +243,7 @@ impl Renderer {
             for band in bands(whole, BAND) {
                 let rows = [band.y - whole.y, band.y - whole.y + band.height];
                 let share = rows.map(|row| row as f32 / whole.height as f32);
-                let of_band = Request { region: band, ..request.clone() };
+                let of_band = request.band(band);
                 fill(engine, &of_band, &mut picture, &control.part(share))?;
                 if sink(&picture).is_break() {
                     return Err(Error::Cancelled);
@@ -487,7 +487,7 @@ fn fill(
 /// Whether colours are made with the picture: they are more than what ids tell, or might be others
 /// later.
 fn colors_now(request: &Request) -> bool {
-    request.color && (!request.look.is_plain() || request.scene.is_watched())
+    request.color && (!request.is_plain() || request.scene.is_watched())
 }
 
 /// Draws: ids, what was met, and into memory that is there colours and depths; of empty slices,
@@ -499,7 +499,7 @@ fn planes(
     depths: &mut [f32],
     control: &Control,
 ) -> Result<(Vec<i32>, Counts), Error> {
-    let shaded = !rgba.is_empty() && !request.look.is_plain();
+    let shaded = !rgba.is_empty() && !request.is_plain();
     if !shaded {
         let Drawing { ids, counts, .. } = drawn(engine, request, control)?;
         return finished(request, ids, rgba, depths, control).map(|ids| (ids, counts));
