@@ -163,3 +163,30 @@ impl From<OverlayError> for Error {
         Self::Overlay { words: error.to_string() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, Look, Renderer, Scene, Sphere, Spheres};
+
+    /// Rows that are drawn by themselves have what lies over them in the whole.
+    #[test]
+    fn bands_are_parts_of_the_whole() {
+        let sphere = Sphere { center: [0.0; 3], radius: 2.0, color: [255, 0, 0] };
+        let scene = Scene::new(Spheres::from_iter([sphere])).unwrap();
+        let camera = Camera::isometric().fit(&scene, [160, 120]);
+        for look in [Look::flat(), Look::matte()] {
+            let request = Request::new(&scene, camera, [160, 120]).unwrap().look(look);
+            let request = request.region(Region { x: 4, y: 6, width: 150, height: 110 }).unwrap();
+            let request = request.overlay(Overlay::new().title("Bands").scale_bar().axes());
+            let renderer = Renderer::cpu();
+            let whole = renderer.draw(&request).unwrap();
+            let mut rows = Vec::new();
+            for (y, height) in [(6, 1), (7, 40), (47, 69)] {
+                let band = request.band(Region { x: 4, y, width: 150, height });
+                rows.extend_from_slice(renderer.draw(&band.band(band.region)).unwrap().rgba());
+            }
+            assert!(rows == whole.rgba());
+        }
+    }
+}
