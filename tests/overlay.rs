@@ -377,14 +377,11 @@ fn lines_go_by_groups() {
     }
     assert!(by("chain") != by("residue") && by("chain") != by("jump"));
 
-    // Two files, and a sphere: groups of one are none of the other's.
-    let scene = "[[sphere]]\ncenter = [0, 2, 0]\nradius = 2\n\
-                 [[spheres]]\nfile = \"table.csv\"\n[[spheres]]\nfile = \"table.csv\"\n";
-    fs::write(
-        folder.path().join("three.toml"),
-        format!("[image]\noutline_by = \"chain\"\n{scene}"),
-    )
-    .unwrap();
+    // Two files that reach into one another, and a sphere: no group of one is one of the other.
+    fs::write(folder.path().join("moved.csv"), TABLE.replace(",0,", ",1,")).unwrap();
+    let scene = "[image]\noutline_by = \"chain\"\n[[sphere]]\ncenter = [0, 2, 0]\nradius = 2\n\
+                 [[spheres]]\nfile = \"table.csv\"\n[[spheres]]\nfile = \"moved.csv\"\n";
+    fs::write(folder.path().join("three.toml"), scene).unwrap();
     let document = planisphere::read(folder.path().join("three.toml")).unwrap();
     let camera = document.camera(SIZE).unwrap();
     let grouped = document.scene.clone().grouped(vec![0, 1, 1, 2, 2, 3, 3, 4, 4]).unwrap();
@@ -393,6 +390,8 @@ fn lines_go_by_groups() {
         renderer.draw(&request).unwrap().rgba().to_vec()
     };
     assert!(draw(&document.scene) == draw(&grouped));
+    let shared = grouped.grouped(vec![0, 1, 1, 2, 2, 1, 1, 2, 2]).unwrap();
+    assert!(draw(&document.scene) != draw(&shared));
 }
 
 /// `check` draws what `render` does.

@@ -1,5 +1,5 @@
-//! What is drawn over a picture: wishes, which the camera and the size of a request make lengths and
-//! places.
+//! What is drawn over a picture: wishes, which the camera and the size of a request make lengths
+//! and places.
 
 use planisphere_core::{axes, camera::Projection};
 use planisphere_image::overlay::{self, Laid, OverlayError};
@@ -11,7 +11,7 @@ use crate::{Error, Region, Request};
 ///
 /// ```
 /// # use planisphere_renderer as planisphere;
-/// let overlay = planisphere::Overlay::new().title("Shear flow, t = 12.5 ps").scale_bar().unit("nm");
+/// let overlay = planisphere::Overlay::new().title("t = 12.5 ps").scale_bar().unit("nm");
 /// ```
 ///
 /// It lies in the corners of the region that is drawn, and changes pixels there alone. All lengths
@@ -52,8 +52,8 @@ impl Overlay {
         Self { legend: Some(legend), ..self }
     }
 
-    /// A bar of a round length in the lower left corner. Its length is true for parallel rays alone:
-    /// in perspective it is an error.
+    /// A bar of a round length in the lower left corner. Its length is true for parallel rays
+    /// alone: in perspective it is an error.
     #[must_use]
     pub fn scale_bar(self) -> Self {
         Self { bar: Some(Bar::Chosen), ..self }

@@ -243,8 +243,8 @@ impl Scene {
     }
 
     /// The same spheres in groups, such as molecules: a number each, equal for those of one group.
-    /// [`Look::outline_groups`](crate::Look::outline_groups) draws lines between these. All that was
-    /// derived stays, on devices as well.
+    /// [`Look::outline_groups`](crate::Look::outline_groups) draws lines between these. All that
+    /// was derived stays, on devices as well.
     ///
     /// # Errors
     /// When there is another number of groups than of spheres.

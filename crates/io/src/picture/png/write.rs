@@ -112,8 +112,8 @@ fn check_text(key: &str, value: &str) -> io::Result<()> {
     let spaces = key.starts_with(' ') || key.ends_with(' ') || key.contains("  ");
     if !(1..=79).contains(&key.chars().count()) || !latin || spaces {
         return Err(invalid(format!(
-            "the key {shown} of a text is none that a PNG holds; give it 1 to 79 visible characters \
-             of Latin-1, with single spaces between them"
+            "the key {shown} of a text is none that a PNG holds; give it 1 to 79 visible \
+             characters of Latin-1, with single spaces between them"
         )));
     }
     if value.contains('\0') {
