@@ -51,6 +51,14 @@ impl<'a> Levels<'a> {
         Self { scene, truth, lens: Lens::new(truth) }
     }
 
+    /// A hint that a sphere is soon to be asked for.
+    #[inline(always)]
+    pub fn prefetch(&self, index: usize) {
+        let (block, at) = self.scene.locate(index);
+        block.prefetch(at);
+        block.prefetch_color(at);
+    }
+
     /// A sphere of the scene; none of what is no index.
     pub fn sphere(&self, index: usize) -> Option<Lit> {
         let ball = Ball::from(self.scene.sphere(index)?);
@@ -90,24 +98,33 @@ impl<'a> Levels<'a> {
         })
     }
 
-    /// Whether a hit at another sample is farther than one here, by more than a length.
-    pub fn jumps(&self, (lit, at): (&Lit, Sample), (to, there): (&Lit, Sample), by: f64) -> bool {
-        let apart = self.apart((lit, at), (to, there));
-        let sure = apart.and_then(|[least, most]| match () {
-            () if least > by => Some(true),
-            () if most <= by => Some(false),
-            () => None,
-        });
-        sure.unwrap_or_else(|| self.farther((lit, at), (to, there), by) > 0)
-    }
-
-    /// The sign of the distance of a hit at another sample less that of one here.
-    pub fn order(&self, (lit, at): (&Lit, Sample), (to, there): (&Lit, Sample)) -> i32 {
-        match self.apart((lit, at), (to, there)) {
-            Some([least, _]) if least > 0.0 => 1,
-            Some([_, most]) if most < 0.0 => -1,
-            _ => self.farther((lit, at), (to, there), 0.0),
-        }
+    /// Whether a hit here is nearer than one at another sample (of equal distances if `first`),
+    /// and whether the two distances differ by more than a length, which depends on the nearer.
+    pub fn step(
+        &self,
+        here: (&Lit, Sample),
+        there: (&Lit, Sample),
+        first: bool,
+        by: impl FnOnce(&Lit) -> f64,
+    ) -> (bool, bool) {
+        let apart = self.apart(here, there);
+        let nearer = match apart {
+            Some([least, _]) if least > 0.0 => true,
+            Some([_, most]) if most < 0.0 => false,
+            _ => match self.farther(here, there, 0.0) {
+                0 => first,
+                sign => sign > 0,
+            },
+        };
+        let (near, far) = if nearer { (here, there) } else { (there, here) };
+        let by = by(near.0);
+        let jumps =
+            match apart.map(|[least, most]| if nearer { [least, most] } else { [-most, -least] }) {
+                Some([least, _]) if least > by => true,
+                Some([_, most]) if most <= by => false,
+                _ => self.farther(near, far, by) > 0,
+            };
+        (nearer, jumps)
     }
 
     /// Bounds of the difference of two distances.
@@ -180,16 +197,21 @@ impl<const PERSPECTIVE: bool> simd::Work for Along<'_, '_, PERSPECTIVE> {
             let (mut squares, mut roots) = ([0.0; LANES], [0.0; LANES]);
             v.store(&mut squares);
             root.store(&mut roots);
+            // Of fixed length, for the compiler to make vectors of.
+            let (mut found, mut sure) = ([0.0; LANES], [false; LANES]);
+            let most = f64::from(LEVELS - 1);
+            for k in 0..LANES {
+                let (v, level) = (squares[k], roots[k].min(most).floor());
+                let doubt = lit.doubt + 16.0 * U * v.abs();
+                let reached = (level == 0.0) | (v - doubt >= level * level);
+                let no_more = (level == most) | (v + doubt < (level + 1.0) * (level + 1.0));
+                // NaN is neither, unless it became 0 above, and then it is not below 1.
+                (found[k], sure[k]) = (level, reached & no_more);
+            }
             let mut open = 0u32;
             for (k, level) in levels.iter_mut().enumerate() {
-                let (v, most) = (squares[k], f64::from(LEVELS - 1));
-                let found = roots[k].min(most).floor();
-                let doubt = lit.doubt + 16.0 * U * v.abs();
-                let reached = (found == 0.0) | (v - doubt >= found * found);
-                let no_more = (found == most) | (v + doubt < (found + 1.0) * (found + 1.0));
-                // NaN is neither, unless it became 0 above, and then it is not below 1.
-                open |= u32::from(!(reached & no_more)) << k;
-                *level = found as u8;
+                *level = found[k] as u8;
+                open |= u32::from(!sure[k]) << k;
             }
             while open != 0 {
                 let k = open.trailing_zeros();

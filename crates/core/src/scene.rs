@@ -245,6 +245,14 @@ impl Block {
         }
     }
 
+    /// The same, of its colour.
+    #[inline(always)]
+    pub fn prefetch_color(&self, index: usize) {
+        if let Colors::Each(colors) = &self.colors {
+            simd::prefetch(colors.as_slice(), 3 * index);
+        }
+    }
+
     /// Sphere `index` of this block.
     pub fn sphere(&self, index: usize) -> Sphere {
         Sphere { center: self.center(index), radius: self.radius(index), color: self.color(index) }

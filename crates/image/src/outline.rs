@@ -3,7 +3,11 @@
 
 use rayon::prelude::*;
 
-use planisphere_core::{camera::Region, ids::NONE, levels::Sample};
+use planisphere_core::{
+    camera::Region,
+    ids::NONE,
+    levels::{Lit, Sample},
+};
 
 use crate::{
     shaded::{Cache, Spheres},
@@ -117,6 +121,12 @@ impl Finder<'_> {
         for (word, (here, there)) in here.chunks(64).zip(there.chunks(64)).enumerate() {
             let pairs = here.iter().zip(there).enumerate();
             let mut differ = pairs.fold(0u64, |bits, (k, (a, b))| bits | u64::from(a != b) << k);
+            let mut soon = differ;
+            while soon != 0 {
+                let k = soon.trailing_zeros() as usize;
+                soon &= soon - 1;
+                self.spheres.prefetch(there[k]);
+            }
             while differ != 0 {
                 let k = differ.trailing_zeros() as usize;
                 differ &= differ - 1;
@@ -151,16 +161,11 @@ impl Finder<'_> {
         if always && !self.sided {
             return Some(true);
         }
-        let levels = spheres.levels();
         let (a, b) = (self.spheres.lit(one.0), self.spheres.lit(two.0));
-        let first = match levels.order((&a, one.1), (&b, two.1)) {
-            0 => one.0 < two.0,
-            order => order > 0,
-        };
-        let (near, far) =
-            if first { ((&a, one.1), (&b, two.1)) } else { ((&b, two.1), (&a, one.1)) };
-        let by = jump.unwrap_or(near.0.ball.radius);
-        (always || levels.jumps(near, far, by)).then_some(first)
+        let by = |near: &Lit| jump.unwrap_or(near.ball.radius);
+        let (here, there) = ((&a, one.1), (&b, two.1));
+        let (first, jumps) = spheres.levels().step(here, there, one.0 < two.0, by);
+        (always || jumps).then_some(first)
     }
 }
 

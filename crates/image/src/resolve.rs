@@ -45,8 +45,11 @@ impl fmt::Debug for Resolver<'_> {
     }
 }
 
-/// Rows of pixels that a thread takes at a time.
-const ROWS: usize = 4;
+/// Pixels whose spheres are fetched ahead.
+const AHEAD: usize = 32;
+
+/// Rows of pixels that a thread takes at a time, at least.
+const ROWS: usize = 16;
 
 impl<'a> Resolver<'a> {
     /// Of a scene's view of samples, which is [`Style::samples`] of the view of pixels.
@@ -94,12 +97,9 @@ impl<'a> Resolver<'a> {
             Lines::new(&outline, width, &self.spheres, region, ids)
         });
         let width = pixels.width as usize;
-        to.par_chunks_mut(ROWS * width).enumerate().for_each(|(part, to)| {
-            let mut rows = Rows::new(self, region, ids, lines.as_ref());
-            for (k, to) in to.chunks_mut(width).enumerate() {
-                rows.row(ROWS * part + k, to);
-            }
-        });
+        let begin = || Rows::new(self, region, ids, lines.as_ref());
+        let rows = to.par_chunks_mut(width).with_min_len(ROWS).enumerate();
+        rows.for_each_init(begin, |rows, (row, to)| rows.row(row, to));
         Ok(())
     }
 
@@ -152,8 +152,15 @@ impl<'a, 'b> Rows<'a, 'b> {
             8 => self.compare::<8>(row, to.len()),
             _ => self.compare::<16>(row, to.len()),
         }
-        let mut start = 0;
+        let (mut start, mut soon) = (0, 0);
         while start < to.len() {
+            // What comes some runs on is fetched meanwhile.
+            while soon < (start + AHEAD).min(to.len()) {
+                if soon == 0 || self.first[soon] != self.first[soon - 1] {
+                    self.cache.prefetch(self.first[soon]);
+                }
+                soon += 1;
+            }
             let (id, mixed) = (self.first[start], self.mixed[start] != 0);
             let alike = (start + 1..to.len())
                 .take_while(|&k| !mixed && self.first[k] == id && self.mixed[k] == 0);

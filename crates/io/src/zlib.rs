@@ -131,6 +131,11 @@ impl Code {
         (u64::from(self.codes[coded.symbol]) | coded.extra << length, length + coded.bits)
     }
 
+    /// The codes of all bytes, and how many bits these are.
+    pub(crate) fn literals(&self) -> [(u64, u32); 256] {
+        std::array::from_fn(|byte| (self.codes[byte].into(), self.lengths[byte].into()))
+    }
+
     /// Writes a symbol's code.
     pub(crate) fn put(&self, bits: &mut Bits, symbol: usize) {
         bits.put(self.codes[symbol].into(), self.lengths[symbol].into());
@@ -226,41 +231,48 @@ pub(crate) fn write_codes(bits: &mut Bits, symbols: &[u8], distances: &[u8]) {
 
 /// Bits in bytes, the first lowest.
 pub(crate) struct Bits {
+    /// What is written, and room behind it.
     bytes: Vec<u8>,
+    /// How many are written.
+    at: usize,
     waiting: u64,
-    /// How many wait: less than 32.
+    /// How many wait: less than 8.
     count: u32,
 }
 
 impl Bits {
+    /// Bytes that are stored at once.
+    const WORD: usize = size_of::<u64>();
+
     pub(crate) fn with_capacity(bytes: usize) -> Self {
-        Self { bytes: Vec::with_capacity(bytes), waiting: 0, count: 0 }
+        Self { bytes: vec![0; bytes + Self::WORD], at: 0, waiting: 0, count: 0 }
     }
 
-    /// Adds up to 32 bits: a code of 15 and the 13 after it are 28.
+    /// Adds up to 56 bits.
+    ///
+    /// A whole word is stored each time, and what of it is no whole byte again the next time: to
+    /// ask whether a word is full would be a branch that no processor foresees.
     pub(crate) fn put(&mut self, bits: u64, count: u32) {
         self.waiting |= bits << self.count;
         self.count += count;
-        if self.count >= 32 {
-            self.bytes.extend_from_slice(&(self.waiting as u32).to_le_bytes());
-            self.waiting >>= 32;
-            self.count -= 32;
+        if self.bytes.len() - self.at < Self::WORD {
+            self.bytes.resize(2 * self.bytes.len(), 0);
         }
+        self.bytes[self.at..][..Self::WORD].copy_from_slice(&self.waiting.to_le_bytes());
+        let whole = self.count / 8;
+        self.at += whole as usize;
+        self.waiting >>= 8 * whole;
+        self.count %= 8;
     }
 
     /// Ends a band after its last block, on a whole byte: what follows may be made beside it.
     pub(crate) fn flush(mut self) -> Vec<u8> {
         self.put(0, 3);
-        self.align();
+        // Zeros fill the last byte.
+        self.put(0, (8 - self.count) % 8);
+        self.bytes.truncate(self.at);
         self.bytes.extend_from_slice(&FLUSH);
         self.bytes
-    }
-
-    /// Fills the last byte with zeros.
-    fn align(&mut self) {
-        let whole = self.count.div_ceil(8) as usize;
-        self.bytes.extend_from_slice(&self.waiting.to_le_bytes()[..whole]);
-        (self.waiting, self.count) = (0, 0);
     }
 }
 
@@ -289,6 +301,26 @@ mod tests {
             (distance_code(WINDOW).symbol, distance_code(WINDOW).extra),
             (29, (1 << 13) - 1)
         );
+    }
+
+    #[test]
+    fn bits_lie_one_behind_another() {
+        let random = crate::make::Random { seed: 7 };
+        let (mut bits, mut want) = (Bits::with_capacity(3), Vec::new());
+        for k in 0..5000 {
+            let count = (random.bits(2 * k) % 57) as u32;
+            let value = random.bits(2 * k + 1) & ((1 << count) - 1);
+            bits.put(value, count);
+            want.extend((0..count).map(|bit| (value >> bit & 1) as u8));
+        }
+        want.extend([0; 3]);
+        want.resize(want.len().next_multiple_of(8), 0);
+        let mut bytes: Vec<u8> = want
+            .chunks(8)
+            .map(|byte| byte.iter().rev().fold(0, |byte, bit| byte << 1 | bit))
+            .collect();
+        bytes.extend(FLUSH);
+        assert!(bits.flush() == bytes);
     }
 
     /// Numbers as Fibonacci's give the longest codes.

@@ -23,6 +23,7 @@ mod hybrid;
 mod job;
 #[cfg(feature = "gpu")]
 mod on_wgpu;
+mod openness;
 #[cfg(feature = "overlay")]
 mod overlay;
 #[cfg(feature = "parts")]

@@ -1,6 +1,6 @@
 //! Pixels of a look that takes more than ids: samples are drawn piece by piece, and resolved.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use planisphere_core::{
     camera::{MAX_SIDE, Region, View},
@@ -16,7 +16,11 @@ use planisphere_image::{
 
 #[cfg(feature = "overlay")]
 use crate::overlay::Over;
-use crate::{Error, Request, engine::Engine, renderer::device_error};
+use crate::{
+    Error, Request,
+    engine::{Engine, device_error},
+    openness::openness,
+};
 
 /// Samples that are drawn at a time, about.
 const SAMPLES: u32 = 4 << 20;
@@ -46,6 +50,7 @@ pub(crate) struct Pixels<'a> {
     /// Bands of all that is drawn, and whether any was.
     bands: usize,
     begun: bool,
+    openness: Option<Arc<[u8]>>,
 }
 
 impl<'a> Pixels<'a> {
@@ -67,6 +72,7 @@ impl<'a> Pixels<'a> {
             over: Over::of(request)?,
             bands: 0,
             begun: false,
+            openness: None,
         };
         let resolver = all.resolver();
         let pieces = all.pieces(request.region);
@@ -76,8 +82,16 @@ impl<'a> Pixels<'a> {
 
     fn resolver(&self) -> Resolver<'_> {
         let scene = &self.request.scene;
-        let columns = Columns { groups: scene.groups(), ..Columns::default() };
+        let columns = Columns { groups: scene.groups(), openness: self.openness.as_deref() };
         Resolver::new(scene.core(), &self.truth, &self.style, columns)
+    }
+
+    /// Finds what the look needs to know of the scene, before anything is drawn.
+    fn prepare(&mut self, engine: &mut Engine, control: &Control) -> Result<(), Error> {
+        if self.request.look.needs_openness() && self.openness.is_none() {
+            self.openness = Some(openness(engine, &self.request.scene, control)?);
+        }
+        Ok(())
     }
 
     /// Pieces of a region, of about [`SAMPLES`] samples each.
@@ -131,6 +145,10 @@ impl<'a> Pixels<'a> {
         ids: &mut [i32],
     ) -> Result<Spent, Error> {
         let mut spent = Spent::default();
+        let needs = self.request.look.needs_openness() && self.openness.is_none();
+        let middle = if needs { 0.5 } else { 0.0 };
+        self.prepare(engine, &control.part([0.0, middle]))?;
+        let control = &control.part([middle, 1.0]);
         let scene = &self.request.scene;
         let pieces = self.pieces(region);
         let mut part = Vec::new();

@@ -22,7 +22,7 @@ use planisphere_image::Paint;
 use crate::{
     Device, Error, Hit, Job, Picture, Request,
     bands::{BAND, PIECE, bands},
-    engine::{AS_ASKED, Engine, PassedOver, host},
+    engine::{AS_ASKED, Engine, PassedOver, device_error, host},
     picture::opaque,
     pixels::{self, Pixels},
     source::Source,
@@ -408,14 +408,6 @@ pub(crate) fn drawn(
     // Whatever came of numbers that were changed is worth nothing.
     scene.check()?;
     drawing.map_err(|error| device_error(engine, error))
-}
-
-/// Why a drawing failed.
-pub(crate) fn device_error(engine: &Engine, error: DrawError) -> Error {
-    match error {
-        DrawError::Device(words) if engine.is_lost() => Error::DeviceLost { words },
-        other => other.into(),
-    }
 }
 
 /// Colours and depths of ids, into memory that is there: of empty slices, none.

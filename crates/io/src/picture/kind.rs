@@ -80,6 +80,12 @@ impl Kind {
         !matches!(self, Self::Jpeg)
     }
 
+    /// Whether rows are written as they come; of others all pixels are in memory until the end.
+    #[must_use]
+    pub const fn is_streamed(self) -> bool {
+        matches!(self, Self::Png)
+    }
+
     /// Whether it holds alpha.
     #[must_use]
     pub const fn holds_alpha(self) -> bool {

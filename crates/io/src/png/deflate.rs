@@ -204,6 +204,7 @@ impl Band {
         // Not the last block, with codes of its own.
         bits.put(0b100, 3);
         write_codes(&mut bits, &symbols.lengths, &distances.lengths);
+        let literals = symbols.literals();
         // Of all numbers of pixels (there is none of 0), and of the usual distances.
         let lengths: [_; MOST + 1] =
             std::array::from_fn(|pixels| symbols.with(&length_code(3 * pixels.max(1))));
@@ -212,22 +213,21 @@ impl Band {
         for Step(step) in self.steps {
             if step & Step::COPY != 0 {
                 let (length, count) = lengths[(step >> 16 & 0x7fff) as usize];
-                bits.put(length, count);
                 let distance = (step & 0xffff) as usize + 1;
-                let (code, count) = if distance == 3 {
+                let (code, more) = if distance == 3 {
                     left
                 } else if distance == self.row_bytes {
                     above
                 } else {
                     distances.with(&distance_code(distance))
                 };
-                bits.put(code, count);
+                bits.put(length | code << count, count + more);
             } else if step == Step::ROW {
                 symbols.put(&mut bits, 0);
             } else {
-                for byte in channels(step) {
-                    symbols.put(&mut bits, byte);
-                }
+                let [red, green, blue] = channels(step).map(|byte| literals[byte]);
+                let (green, both) = (green.0 << red.1, red.1 + green.1);
+                bits.put(red.0 | green | blue.0 << both, both + blue.1);
             }
         }
         symbols.put(&mut bits, END);

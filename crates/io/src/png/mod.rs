@@ -157,6 +157,30 @@ impl Source for Rgb {
     }
 }
 
+/// Colours with a fourth value that is none of theirs.
+#[derive(Clone, Copy)]
+struct Opaque;
+
+impl Source for Opaque {
+    type Pixel = [u8; 4];
+
+    fn runs(&self, row: &[[u8; 4]]) -> impl Iterator<Item = (Range<usize>, [u8; 3])> {
+        let mut start = 0;
+        row.chunk_by(|[a @ .., _], [b @ .., _]| a == b).map(move |alike| {
+            let run = start..start + alike.len();
+            start = run.end;
+            let [color @ .., _] = alike[0];
+            (run, color)
+        })
+    }
+}
+
+/// Some rows of colours as one band of runs, without the fourth values. It refers to nothing before
+/// it, so that any other band may lie there.
+pub(crate) fn as_runs(rows: &[[u8; 4]], width: usize) -> (Vec<u8>, Adler) {
+    Runs(Opaque).compress(&[], rows, width)
+}
+
 /// Pixels as runs of one colour.
 struct Runs<S>(S);
 
