@@ -174,16 +174,17 @@ mod tests {
     fn bands_are_parts_of_the_whole() {
         let sphere = Sphere { center: [0.0; 3], radius: 2.0, color: [255, 0, 0] };
         let scene = Scene::new(Spheres::from_iter([sphere])).unwrap();
-        let camera = Camera::isometric().fit(&scene, [160, 120]);
+        let size = [240, 180];
+        let camera = Camera::isometric().fit(&scene, size);
         for look in [Look::flat(), Look::matte()] {
-            let request = Request::new(&scene, camera, [160, 120]).unwrap().look(look);
-            let request = request.region(Region { x: 4, y: 6, width: 150, height: 110 }).unwrap();
+            let request = Request::new(&scene, camera, size).unwrap().look(look);
+            let request = request.region(Region { x: 4, y: 6, width: 230, height: 170 }).unwrap();
             let request = request.overlay(Overlay::new().title("Bands").scale_bar().axes());
             let renderer = Renderer::cpu();
             let whole = renderer.draw(&request).unwrap();
             let mut rows = Vec::new();
-            for (y, height) in [(6, 1), (7, 40), (47, 69)] {
-                let band = request.band(Region { x: 4, y, width: 150, height });
+            for (y, height) in [(6, 1), (7, 40), (47, 129)] {
+                let band = request.band(Region { x: 4, y, width: 230, height });
                 rows.extend_from_slice(renderer.draw(&band.band(band.region)).unwrap().rgba());
             }
             assert!(rows == whole.rgba());
