@@ -34,6 +34,7 @@
 //! | `files` | [`Picture::save`]: whole files or none; brings `png`; with `parts` [`files`] |
 //! | `read` | [`read`]: scene files and their arrays |
 //! | `formats` | [`read`] takes files of particles, too: XYZ, LAMMPS, PDB ...; brings `read` |
+//! | `overlay` | [`Overlay`]: title, legend, scale bar and axes over a picture |
 //! | `parts` | [`Part`]: pictures of which each machine draws a part |
 //! | `gpu` | GPUs by wgpu ([`Device`]), and devices of yours ([`Renderer::from_wgpu`]) |
 //! | `cli`, `window`, `bench` | the program; on by default |
@@ -63,6 +64,9 @@ pub use planisphere_renderer::{
 #[cfg(feature = "read")]
 #[doc(inline)]
 pub use planisphere_renderer::{Document, read, start_read};
+#[cfg(feature = "overlay")]
+#[doc(inline)]
+pub use planisphere_renderer::{Legend, Map, Overlay};
 #[cfg(all(feature = "files", feature = "parts"))]
 #[doc(inline)]
 pub use planisphere_renderer::{Plan, files, report};

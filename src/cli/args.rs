@@ -17,6 +17,7 @@ use super::{
     convert::ConvertArgs,
     info::InfoArgs,
     look::LookArgs,
+    overlay::OverlayArgs,
     parse::{parse_device, parse_region, parse_size, parse_some},
     reading::ReadingArgs,
 };
@@ -63,7 +64,10 @@ Examples:
   planisphere render run.dump --frame last --color-by q --map coolwarm
       the last frame of a trajectory, coloured by a column
   planisphere render protein.cif --radius covalent --view x --background white
-      an atomic structure, smaller spheres, seen along the x axis";
+      an atomic structure, smaller spheres, seen along the x axis
+  planisphere render protein.cif --look illustrative --outline-by chain \\
+          --legend --scale-bar --unit Å --axes
+      lines around each chain; the elements' colours, a length and the axes";
 
 const CONVERT_EXAMPLES: &str = "\
 Examples:
@@ -281,6 +285,9 @@ pub(super) struct PictureArgs {
 
     #[command(flatten)]
     pub look: LookArgs,
+
+    #[command(flatten)]
+    pub overlay: OverlayArgs,
 }
 
 /// The largest first index: indices are written as int64.

@@ -74,8 +74,13 @@ enum Cue {
 }
 
 impl LookArgs {
+    /// Where lines are.
+    pub fn outline_by(&self) -> Option<&str> {
+        self.outline_by.as_deref()
+    }
+
     /// The column by which lines are drawn, if it is one.
-    pub fn column(&self) -> Option<&str> {
+    fn column(&self) -> Option<&str> {
         self.outline_by.as_deref().filter(|by| !matches!(*by, "jump" | "sphere"))
     }
 

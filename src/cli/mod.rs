@@ -15,6 +15,7 @@ mod info;
 mod look;
 mod make;
 mod merge;
+mod overlay;
 mod parse;
 mod progress;
 mod reading;

@@ -102,7 +102,8 @@ impl ReadingArgs {
             range: self.range.and_then(|range| range.0),
         };
         let frame = self.frame.unwrap_or_default();
-        Options { format: self.format, frame, topology: self.topology.clone(), appearance }
+        let topology = self.topology.clone();
+        Options { format: self.format, frame, topology, appearance, outline_by: None }
     }
 
     /// The options that were typed.
@@ -141,9 +142,15 @@ impl ReadingArgs {
         typed.flatten().collect()
     }
 
-    /// Reads a scene file, or a file of particles.
-    pub fn load(&self, path: &Path, control: &Control) -> Result<Loaded, Failure> {
-        let options = self.options();
+    /// Reads a scene file, or a file of particles. `outline_by`: where lines are drawn, if that was
+    /// typed.
+    pub fn load(
+        &self,
+        path: &Path,
+        outline_by: Option<&str>,
+        control: &Control,
+    ) -> Result<Loaded, Failure> {
+        let options = Options { outline_by: outline_by.map(Into::into), ..self.options() };
         match load::open(path, &options, control)? {
             Opened::Scene(loaded) => self.refuse_for_scene(path).map(|()| *loaded),
             Opened::Particles(file) => Ok(load::of_frame(&file, &options, control)?),

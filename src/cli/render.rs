@@ -180,7 +180,8 @@ impl Input<'_> {
     pub fn load(&self) -> Result<(Loaded, Request), Failure> {
         let control = Control::new();
         let progress = Progress::of("loading", &control);
-        let mut loaded = self.reading.load(self.scene, &control)?;
+        let outline_by = self.picture.look.outline_by();
+        let mut loaded = self.reading.load(self.scene, outline_by, &control)?;
         self.camera.apply(&mut loaded)?;
         if let Some([width, height]) = self.picture.size {
             (loaded.image.width, loaded.image.height) = (width, height);
@@ -188,7 +189,9 @@ impl Input<'_> {
         let size = [loaded.image.width, loaded.image.height];
         let camera = Camera::try_from(loaded.camera(loaded.image)).map_err(Error::from)?;
         let look = self.picture.look.apply(loaded.look.clone()).map_err(Error::from)?;
-        let mut request = Request::new(&Scene::from(&loaded), camera, size)?.look(look);
+        let overlay = self.picture.overlay.of(&loaded)?;
+        let mut request = Request::new(&Scene::from(&loaded), camera, size)?;
+        request = request.look(look).overlay(overlay);
         if let Some(region) = self.picture.region {
             request = request.region(region_inside(region, size)?)?;
         }

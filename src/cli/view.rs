@@ -20,7 +20,7 @@ use planisphere_window::{Display, Shown, Start};
 pub(super) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let control = Control::new();
     let progress = Progress::of("loading", &control);
-    let mut loaded = args.reading.load(&args.scene, &control)?;
+    let mut loaded = args.reading.load(&args.scene, None, &control)?;
     args.camera.apply(&mut loaded)?;
     drop(progress);
     say_read(&loaded);

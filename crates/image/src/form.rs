@@ -39,6 +39,11 @@ pub trait Form: Copy + Default + Send + Sync {
 
     /// The mean of encoded values.
     fn mean_encoded(tables: Self::Tables<'_>, samples: Sum) -> Self;
+
+    /// Pixels of 8 bits a channel, which can be drawn over; none of others.
+    fn bytes(_: &mut [Self]) -> Option<&mut [[u8; 4]]> {
+        None
+    }
 }
 
 /// `most count / all`, rounded.
@@ -57,6 +62,10 @@ impl Form for [u8; 4] {
 
     fn tables(eight: &Encoder) -> &Encoder {
         eight
+    }
+
+    fn bytes(pixels: &mut [Self]) -> Option<&mut [Self]> {
+        Some(pixels)
     }
 
     #[inline(always)]

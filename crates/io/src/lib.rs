@@ -37,6 +37,12 @@ pub mod identity;
     allow(dead_code, reason = "each format uses a part of what they share")
 )]
 mod input;
+#[cfg(feature = "read")]
+#[cfg_attr(
+    not(feature = "particles"),
+    allow(dead_code, reason = "files of particles alone have one")
+)]
+pub mod legend;
 #[cfg(feature = "files")]
 pub mod litter;
 #[cfg(feature = "read")]

@@ -18,6 +18,7 @@ use planisphere_gpu::{
     adapters::{self, AdapterChoice, NoAdapter},
 };
 
+use crate::Error;
 #[cfg(feature = "gpu")]
 use crate::hybrid::Hybrid;
 #[cfg(feature = "gpu")]
@@ -34,6 +35,14 @@ pub fn host() -> Host {
     Host {
         milliseconds: || BEGIN.get_or_init(Instant::now).elapsed().as_secs_f64() * 1e3,
         has_room: |bytes| planisphere_memory::available().is_none_or(|left| left > bytes),
+    }
+}
+
+/// Why a drawing failed.
+pub(crate) fn device_error(engine: &Engine, error: DrawError) -> Error {
+    match error {
+        DrawError::Device(words) if engine.is_lost() => Error::DeviceLost { words },
+        other => other.into(),
     }
 }
 

@@ -49,6 +49,11 @@ pub enum Error {
     },
     /// A look cannot be what was asked for.
     Look(LookError),
+    /// What is to be drawn over a picture has no meaning, or no room.
+    Overlay {
+        /// Why not, and the fix.
+        words: String,
+    },
     /// A count is zero, or beyond a limit.
     Size {
         /// Of what, such as `image width` or `spheres`.
@@ -217,6 +222,7 @@ impl fmt::Display for Error {
             | Self::NoDevice { words }
             | Self::File { words, .. }
             | Self::Changed { words }
+            | Self::Overlay { words }
             | Self::Texture { words }
             | Self::Parts { words }
             | Self::Write { words } => f.write_str(words),

@@ -210,10 +210,19 @@ fn rendered(
     pixels::check(request)?;
     let mut report = Report::default();
     let deep = sinks.depth16 || sinks.kind == Kind::Exr;
-    let shaded = sinks.picture.is_some() && (deep || !request.look.is_plain());
+    let shaded = sinks.picture.is_some() && (deep || !request.is_plain());
     if sinks.kind == Kind::Exr && request.look.is_encoded() {
         let words = "is encoded, and an OpenEXR picture holds linear light; leave it out";
         return Err(LookError { what: "aa_space", words: words.into() }.into());
+    }
+    #[cfg(feature = "overlay")]
+    if deep && request.overlay.is_some() {
+        let words = "is drawn over 8 bits a channel; leave it out, or write a .png without 16 bits";
+        return Err(LookError { what: "what is over the picture", words: words.into() }.into());
+    }
+    if shaded && sinks.palette {
+        let words = "holds flat colours without anything over them; write the picture as RGB";
+        return Err(LookError { what: "a palette", words: words.into() }.into());
     }
     let pixels = shaded.then(|| Pixels::new(request)).transpose()?;
     let mut source = Drawn { engine, request, pixels };

@@ -5,6 +5,7 @@
 //!   out to many pictures; `hybrid`: who draws what a GPU leaves.
 //! * `files`: the way of a picture into files; `parts`: of which each machine draws one; `subject`
 //!   is what both are of. `plan`: what a picture will take.
+//! * `overlay`: what is drawn over a picture.
 //! * `on_wgpu`: devices of the caller's.
 
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
@@ -25,6 +26,8 @@ mod job;
 #[cfg(feature = "gpu")]
 mod on_wgpu;
 mod openness;
+#[cfg(feature = "overlay")]
+mod overlay;
 #[cfg(feature = "parts")]
 mod parts;
 mod picture;
@@ -52,6 +55,8 @@ pub use error::Error;
 #[doc(hidden)]
 pub use hybrid::{Hybrid, REST};
 pub use job::Job;
+#[cfg(feature = "overlay")]
+pub use overlay::{Legend, Map, Overlay};
 #[cfg(feature = "parts")]
 pub use parts::Part;
 pub use picture::{Hit, Picture};
@@ -64,6 +69,9 @@ pub use planisphere_image::compare::Difference;
 #[doc(hidden)]
 pub use planisphere_image::compare::{Pixels as Compared, compare, shown};
 pub use planisphere_image::look::{Look, LookError};
+#[cfg(all(feature = "overlay", feature = "read"))]
+#[doc(hidden)]
+pub use read::overlay;
 #[cfg(feature = "read")]
 pub use read::{Document, read, start_read};
 pub use renderer::Renderer;

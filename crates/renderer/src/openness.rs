@@ -19,7 +19,10 @@ use planisphere_core::{
     scene,
 };
 
-use crate::{Error, Scene, engine::Engine, renderer::device_error};
+use crate::{
+    Error, Scene,
+    engine::{Engine, device_error},
+};
 
 /// Where it is looked from, times 1024: points of a spiral on the sphere.
 #[rustfmt::skip]

@@ -188,7 +188,7 @@ impl Picture {
             return Err(Error::NoPlane { plane: "colors" });
         };
         match self.indices {
-            None if request.look.is_plain() => self.write_rows(&mut out, paint)?,
+            None if request.is_plain() => self.write_rows(&mut out, paint)?,
             _ => png::write_rgb(&mut out, self.size(), &self.to_rgb())?,
         }
         // Colours may lie in files as well.

@@ -15,7 +15,13 @@ use planisphere_image::{
     style::Style,
 };
 
-use crate::{Error, Request, engine::Engine, openness::openness, renderer::device_error};
+#[cfg(feature = "overlay")]
+use crate::overlay::Over;
+use crate::{
+    Error, Request,
+    engine::{Engine, device_error},
+    openness::openness,
+};
 
 /// Samples that are drawn at a time, about: few stay in the caches, and each time all spheres are
 /// looked at.
@@ -43,6 +49,8 @@ pub(crate) struct Pixels<'a> {
     style: Style,
     view: View,
     truth: Truth,
+    #[cfg(feature = "overlay")]
+    over: Option<Over>,
     /// Bands of all that is drawn, and whether any was.
     bands: usize,
     begun: bool,
@@ -51,12 +59,25 @@ pub(crate) struct Pixels<'a> {
 
 impl<'a> Pixels<'a> {
     /// Of a request, whose region is the whole of what will be drawn.
+    ///
+    /// # Errors
+    /// When its overlay has no meaning, or no room.
     pub fn new(request: &'a Request) -> Result<Self, Error> {
         let (core, of_pixels) = (request.scene.core(), request.view());
         let style = request.look.style(&of_pixels, &core.bounds());
         let view = style.samples(&of_pixels);
         let truth = Truth::new(&view, core.bounds());
-        let mut all = Self { request, style, view, truth, bands: 0, begun: false, openness: None };
+        let mut all = Self {
+            request,
+            style,
+            view,
+            truth,
+            #[cfg(feature = "overlay")]
+            over: Over::of(request)?,
+            bands: 0,
+            begun: false,
+            openness: None,
+        };
         let resolver = all.resolver();
         let pieces = all.pieces(request.region);
         all.bands = pieces.iter().map(|piece| cpu::bands(resolver.samples(*piece))).sum();
@@ -64,8 +85,9 @@ impl<'a> Pixels<'a> {
     }
 
     fn resolver(&self) -> Resolver<'_> {
-        let columns = Columns { openness: self.openness.as_deref(), ..Columns::default() };
-        Resolver::new(self.request.scene.core(), &self.truth, &self.style, columns)
+        let scene = &self.request.scene;
+        let columns = Columns { groups: scene.groups(), openness: self.openness.as_deref() };
+        Resolver::new(scene.core(), &self.truth, &self.style, columns)
     }
 
     /// Finds what the look needs to know of the scene, before anything is drawn.
@@ -102,9 +124,26 @@ impl<'a> Pixels<'a> {
         self.view.per_pixel == 1
     }
 
-    /// Draws the pixels of a region, in any form. And its ids, unless `ids` is empty: only where
-    /// [`Pixels::has_ids`].
+    /// Draws the pixels of some whole rows, in any form, with what is over them. And their ids,
+    /// unless `ids` is empty: only where [`Pixels::has_ids`].
     pub fn draw<P: Form>(
+        &mut self,
+        engine: &mut Engine,
+        region: Region,
+        control: &Control,
+        to: &mut [P],
+        ids: &mut [i32],
+    ) -> Result<Spent, Error> {
+        let spent = self.draw_under(engine, region, control, to, ids)?;
+        #[cfg(feature = "overlay")]
+        if let (Some(over), Some(to)) = (&self.over, P::bytes(to)) {
+            over.onto(region, to)?;
+        }
+        Ok(spent)
+    }
+
+    /// The same without what is over them.
+    fn draw_under<P: Form>(
         &mut self,
         engine: &mut Engine,
         region: Region,
@@ -173,8 +212,9 @@ impl<'a> Pixels<'a> {
 /// # Errors
 /// When lines go by groups, and the scene has none.
 pub(crate) fn check(request: &Request) -> Result<(), Error> {
-    if request.look.needs_groups() {
-        let words = "goes by groups, and the scene has none; give each sphere one".into();
+    if request.look.needs_groups() && request.scene.groups().is_none() {
+        let words =
+            "goes by groups, and the scene has none; give each sphere one (Scene::grouped)".into();
         return Err(LookError { what: "outline", words }.into());
     }
     Ok(())

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use planisphere_core::drawing::Control;
 use planisphere_io::load::{self, Loaded};
 
+#[cfg(feature = "overlay")]
+use crate::overlay::{Legend, Overlay};
 use crate::{Camera, Error, Job, Look, Scene, turns::Turns};
 
 /// What a scene file, or a file of particles, says.
@@ -19,6 +21,12 @@ pub struct Document {
     /// What `[image]` says of the look: flat colours without. Of a file of particles it is
     /// [`Look::matte`].
     pub look: Look,
+    /// What `[image]` asks to be drawn over the picture.
+    #[cfg(feature = "overlay")]
+    pub overlay: Overlay,
+    /// What the colours of files of particles mean, where that has a legend.
+    #[cfg(feature = "overlay")]
+    pub legend: Option<Legend>,
     /// What a person should hear who asked for something unusual, each one line.
     pub notes: Vec<String>,
     /// What was understood of each file of particles, in one line: its format, the frame, and where
@@ -64,20 +72,78 @@ fn read_controlled(path: &Path, control: &Control) -> Result<Document, Error> {
         error => error.into(),
     })?;
     let Loaded { image, look, notes, understood, .. } = &loaded;
+    #[cfg(not(feature = "overlay"))]
+    if !loaded.overlay.is_empty() {
+        let words = "[image] asks for a title, legend, scale bar or axes, without which this \
+                     library was built; build it with the feature `overlay`, or leave these out";
+        return Err(Error::Overlay { words: words.into() });
+    }
     Ok(Document {
         scene: Scene::from(&loaded),
         size: [image.width, image.height],
         look: look.clone(),
+        #[cfg(feature = "overlay")]
+        overlay: overlay(&loaded.overlay, loaded.legend.as_ref().ok()),
+        #[cfg(feature = "overlay")]
+        legend: loaded.legend.as_ref().ok().map(|found| legend(found, &load::Label::Column, None)),
         notes: notes.clone(),
         understood: understood.clone(),
         loaded,
     })
 }
 
+/// What a file, or a person, asks for; `found` is what the colours mean, and must be there if a
+/// legend is asked for.
+#[cfg(feature = "overlay")]
+#[doc(hidden)]
+pub fn overlay(wanted: &load::Overlay, found: Option<&planisphere_io::legend::Legend>) -> Overlay {
+    let load::Overlay { title, legend: label, scale_bar, axes, unit } = wanted;
+    let mut overlay = Overlay::new();
+    if let Some(title) = title {
+        overlay = overlay.title(title);
+    }
+    if let (Some(label), Some(found)) = (label, found) {
+        overlay = overlay.legend(legend(found, label, unit.as_deref()));
+    }
+    overlay = match scale_bar {
+        None => overlay,
+        Some(load::Length::Chosen) => overlay.scale_bar(),
+        Some(load::Length::Of(length)) => overlay.scale_bar_of(*length),
+    };
+    if *axes {
+        overlay = overlay.axes();
+    }
+    match unit {
+        Some(unit) => overlay.unit(unit),
+        None => overlay,
+    }
+}
+
+/// What the colours mean, as it is drawn.
+#[cfg(feature = "overlay")]
+fn legend(
+    found: &planisphere_io::legend::Legend,
+    label: &load::Label,
+    unit: Option<&str>,
+) -> Legend {
+    use planisphere_io::legend::Legend as Found;
+    match found {
+        Found::Kinds(kinds) => Legend::Keys(kinds.clone()),
+        Found::Numbers { map, range, name } => {
+            let label = match (label, unit) {
+                (load::Label::Words(words), _) => words.clone(),
+                (load::Label::Column, Some(unit)) => format!("{name} ({unit})"),
+                (load::Label::Column, None) => name.clone(),
+            };
+            Legend::Bar { map: *map, range: *range, label }
+        }
+    }
+}
+
 /// Of the inner crates, which promise nothing.
 #[doc(hidden)]
 impl From<&Loaded> for Scene {
     fn from(loaded: &Loaded) -> Self {
-        Self::watched(loaded.scene.clone(), loaded.watch.clone())
+        Self::loaded(loaded)
     }
 }

@@ -22,7 +22,7 @@ use planisphere_image::Paint;
 use crate::{
     Device, Error, Hit, Job, Picture, Request,
     bands::{BAND, PIECE, bands},
-    engine::{AS_ASKED, Engine, PassedOver, host},
+    engine::{AS_ASKED, Engine, PassedOver, device_error, host},
     picture::opaque,
     pixels::{self, Pixels},
     source::Source,
@@ -243,7 +243,7 @@ impl Renderer {
             for band in bands(whole, BAND) {
                 let rows = [band.y - whole.y, band.y - whole.y + band.height];
                 let share = rows.map(|row| row as f32 / whole.height as f32);
-                let of_band = Request { region: band, ..request.clone() };
+                let of_band = request.band(band);
                 fill(engine, &of_band, &mut picture, &control.part(share))?;
                 if sink(&picture).is_break() {
                     return Err(Error::Cancelled);
@@ -410,14 +410,6 @@ pub(crate) fn drawn(
     drawing.map_err(|error| device_error(engine, error))
 }
 
-/// Why a drawing failed.
-pub(crate) fn device_error(engine: &Engine, error: DrawError) -> Error {
-    match error {
-        DrawError::Device(words) if engine.is_lost() => Error::DeviceLost { words },
-        other => other.into(),
-    }
-}
-
 /// Colours and depths of ids, into memory that is there: of empty slices, none.
 fn finish(
     request: &Request,
@@ -487,7 +479,7 @@ fn fill(
 /// Whether colours are made with the picture: they are more than what ids tell, or might be others
 /// later.
 fn colors_now(request: &Request) -> bool {
-    request.color && (!request.look.is_plain() || request.scene.is_watched())
+    request.color && (!request.is_plain() || request.scene.is_watched())
 }
 
 /// Draws: ids, what was met, and into memory that is there colours and depths; of empty slices,
@@ -499,7 +491,7 @@ fn planes(
     depths: &mut [f32],
     control: &Control,
 ) -> Result<(Vec<i32>, Counts), Error> {
-    let shaded = !rgba.is_empty() && !request.look.is_plain();
+    let shaded = !rgba.is_empty() && !request.is_plain();
     if !shaded {
         let Drawing { ids, counts, .. } = drawn(engine, request, control)?;
         return finished(request, ids, rgba, depths, control).map(|ids| (ids, counts));

@@ -5,6 +5,8 @@ use planisphere_core::{
     unseen,
 };
 
+#[cfg(feature = "overlay")]
+use crate::overlay::Overlay;
 use crate::{Camera, Error, Look, Scene};
 
 /// One picture to draw: owned, and cheap to clone. Made once; then only the camera changes.
@@ -18,6 +20,11 @@ pub struct Request {
     pub(crate) color: bool,
     pub(crate) ids: bool,
     pub(crate) depth: bool,
+    #[cfg(feature = "overlay")]
+    pub(crate) overlay: Option<Overlay>,
+    /// What the overlay is drawn over, where that is more than what is drawn.
+    #[cfg(feature = "overlay")]
+    pub(crate) whole: Option<Region>,
 }
 
 impl Request {
@@ -30,7 +37,20 @@ impl Request {
         let region = Region::whole(view.image);
         view.check(region)?;
         let (scene, look) = (scene.clone(), Look::default());
-        Ok(Self { scene, camera, size, region, look, color: true, ids: true, depth: false })
+        Ok(Self {
+            scene,
+            camera,
+            size,
+            region,
+            look,
+            color: true,
+            ids: true,
+            depth: false,
+            #[cfg(feature = "overlay")]
+            overlay: None,
+            #[cfg(feature = "overlay")]
+            whole: None,
+        })
     }
 
     /// The same from elsewhere.
@@ -98,6 +118,25 @@ impl Request {
     #[doc(hidden)]
     pub fn advice(&self, camera: bool) -> Option<String> {
         unseen::advice(self.scene.core(), &self.view(), self.region, camera)
+    }
+
+    /// Some rows of what is drawn.
+    pub(crate) fn band(&self, band: Region) -> Self {
+        Self {
+            region: band,
+            #[cfg(feature = "overlay")]
+            whole: Some(self.whole.unwrap_or(self.region)),
+            ..self.clone()
+        }
+    }
+
+    /// Whether colours follow from the ids of pixels alone.
+    pub(crate) fn is_plain(&self) -> bool {
+        #[cfg(feature = "overlay")]
+        if self.overlay.is_some() {
+            return false;
+        }
+        self.look.is_plain()
     }
 
     pub(crate) fn view(&self) -> View {

@@ -173,6 +173,8 @@ pub struct Scene(Arc<Inner>);
 
 struct Inner {
     core: scene::Scene,
+    /// The group of each sphere.
+    groups: Option<Arc<[u32]>>,
     #[cfg(feature = "read")]
     watch: planisphere_io::load::Watch,
 }
@@ -234,6 +236,27 @@ impl Scene {
         let core = self.core().recolored(colors)?;
         Ok(Self(Arc::new(Inner {
             core,
+            groups: self.0.groups.clone(),
+            #[cfg(feature = "read")]
+            watch: self.0.watch.clone(),
+        })))
+    }
+
+    /// The same spheres in groups, such as molecules: a number each, equal for those of one group.
+    /// [`Look::outline_groups`](crate::Look::outline_groups) draws lines between these. All that
+    /// was derived stays, on devices as well.
+    ///
+    /// # Errors
+    /// When there is another number of groups than of spheres.
+    pub fn grouped(self, groups: impl Into<Arc<[u32]>>) -> Result<Self, Error> {
+        let groups = groups.into();
+        let (found, wanted) = (groups.len(), self.len());
+        if found != wanted {
+            return Err(Error::Length { what: "groups", found, wanted });
+        }
+        Ok(Self(Arc::new(Inner {
+            core: self.core().clone(),
+            groups: Some(groups),
             #[cfg(feature = "read")]
             watch: self.0.watch.clone(),
         })))
@@ -279,12 +302,18 @@ impl Scene {
     /// Bytes held: the numbers, wherever they lie, and what was derived from them.
     pub fn memory(&self) -> u64 {
         let core = self.core();
-        core.bytes() + core.kept::<Kept>().memory(core)
+        let groups = self.groups().map_or(0, size_of_val) as u64;
+        core.bytes() + core.kept::<Kept>().memory(core) + groups
     }
 
     /// The scene of the core.
     pub(crate) fn core(&self) -> &scene::Scene {
         &self.0.core
+    }
+
+    /// The group of each sphere, if there are groups.
+    pub(crate) fn groups(&self) -> Option<&[u32]> {
+        self.0.groups.as_deref()
     }
 
     /// Whether nothing is left to be derived that takes long.
@@ -310,10 +339,12 @@ impl Scene {
         Ok(())
     }
 
-    /// With files that its numbers lie in.
+    /// What was read, with the files that its numbers lie in.
     #[cfg(feature = "read")]
-    pub(crate) fn watched(core: scene::Scene, watch: planisphere_io::load::Watch) -> Self {
-        Self(Arc::new(Inner { core, watch }))
+    pub(crate) fn loaded(loaded: &planisphere_io::load::Loaded) -> Self {
+        let groups = loaded.groups.as_deref().map(Arc::from);
+        let (core, watch) = (loaded.scene.clone(), loaded.watch.clone());
+        Self(Arc::new(Inner { core, groups, watch }))
     }
 }
 
@@ -323,6 +354,7 @@ impl From<scene::Scene> for Scene {
     fn from(core: scene::Scene) -> Self {
         Self(Arc::new(Inner {
             core,
+            groups: None,
             #[cfg(feature = "read")]
             watch: Default::default(),
         }))

@@ -3,13 +3,13 @@
 use std::{f64::consts::FRAC_1_SQRT_2, path::Path};
 
 use super::{
-    Axes, Laid, Legend, Overlay, OverlayError, ScaleBar,
-    block::Style,
-    layout::layout,
-    legend,
-    light::{LIN, darker},
+    Axes, Laid, Legend, Overlay, OverlayError, ScaleBar, block::Style, layout::layout, legend,
+    light::darker,
 };
-use crate::maps::{self, Map};
+use crate::{
+    linear::LIN,
+    maps::{self, Map},
+};
 
 /// Looking along -z, y up.
 const FLAT: Axes = Axes { right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], back: [0.0, 0.0, 1.0] };

@@ -23,8 +23,8 @@ pub(super) const KEYS: [&str; 12] = [
     "outline_jump",
 ];
 
-/// The look that the keys describe.
-pub(super) fn read(section: &Section) -> Result<Look, Fault> {
+/// The look that the keys describe, and the column of groups that lines go by.
+pub(super) fn read(section: &Section) -> Result<(Look, Option<String>), Fault> {
     let mut look = Look::flat();
     let wrong = |key: &'static str| {
         move |error: LookError| {
@@ -62,18 +62,22 @@ pub(super) fn read(section: &Section) -> Result<Look, Fault> {
     if let Some(line) = section.read("outline_color", color)? {
         look = look.outline_color(line);
     }
-    if let Some(by) = section.read("outline_by", string)? {
-        look = look.outline_by(&by).map_err(wrong("outline_by"))?;
+    let by = section.read("outline_by", string)?;
+    let column = by.as_ref().filter(|by| !matches!(by.as_str(), "jump" | "sphere")).cloned();
+    if let Some(by) = by {
+        let by = if column.is_some() { "group" } else { &by };
+        look = look.outline_by(by).map_err(wrong("outline_by"))?;
     }
     if let Some(jump) = section.read("outline_jump", number)? {
         look = look.outline_jump(jump).map_err(wrong("outline_jump"))?;
     }
     // Last: 0 turns lines off, whatever else is said of them.
-    match section.read("outline", number)? {
-        None => Ok(look),
-        Some(0.0) => Ok(look.no_outline()),
-        Some(width) => look.outline(width).map_err(wrong("outline")),
-    }
+    look = match section.read("outline", number)? {
+        None => look,
+        Some(0.0) => look.no_outline(),
+        Some(width) => look.outline(width).map_err(wrong("outline"))?,
+    };
+    Ok((look, column))
 }
 
 /// How a key is written right.
@@ -83,7 +87,7 @@ fn fix(key: &str) -> String {
         "aa" => "write aa = 1, 2, 4, 8 or 16".into(),
         "aa_space" => "write aa_space = \"linear\" or \"encoded\"".into(),
         "outline" => "write outline = 1.5, a width in pixels; 0 for none".into(),
-        "outline_by" => "write outline_by = \"jump\", \"sphere\" or \"group\"".into(),
+        "outline_by" => "write outline_by = \"jump\", \"sphere\", or the name of a column".into(),
         "outline_jump" => "write outline_jump = 2.0, a length".into(),
         "depth_cue" => "write depth_cue = true, or depth_cue = [10.0, 50.0]".into(),
         _ => format!("write {key} = 0.5, a number from 0 to 1"),
@@ -97,7 +101,7 @@ enum Cue {
     Between([f64; 2]),
 }
 
-fn truth(key: &str, value: &Value) -> Result<bool, Fault> {
+pub(super) fn truth(key: &str, value: &Value) -> Result<bool, Fault> {
     match value.get_ref() {
         DeValue::Boolean(truth) => Ok(*truth),
         _ => Err(Fault::new(

@@ -14,15 +14,17 @@ use std::{
 pub use crate::{
     colors::DEFAULT_COLOR,
     input::{mapped::ChangedFile, report::LoadError},
+    legend::Legend,
     npy::array::Copied,
 };
 
+pub use overlay::{Label, Length, Overlay};
 pub use planisphere_core::{drawing::Control, framing::Wanted};
 
 #[cfg(feature = "particles")]
 use crate::particles::{
     File, Options, Understood,
-    understood::{Begun, begin, changed, scene_words, understand},
+    understood::{Begun, begin, changed, groups, scene_words, understand},
 };
 use crate::{
     colors,
@@ -44,6 +46,7 @@ pub use self::picture::header;
 mod batches;
 mod document;
 mod look;
+mod overlay;
 #[cfg(feature = "png")]
 mod picture;
 mod scene_file;
@@ -64,6 +67,12 @@ pub struct Loaded {
     pub image: ImageSize,
     /// What `[image]` says of the look; that of files of particles is chosen.
     pub look: Look,
+    /// What `[image]` asks to be drawn over the picture.
+    pub overlay: Overlay,
+    /// What the colours mean; or why that has no legend.
+    pub legend: Result<Legend, String>,
+    /// The group of each sphere, if lines go by groups.
+    pub groups: Option<Vec<u32>>,
     /// The arrays and files of particles that were read beside it.
     pub files: Vec<PathBuf>,
     /// The arrays that stay in their files.
@@ -116,6 +125,9 @@ impl fmt::Debug for Loaded {
             .field("wanted", &self.wanted)
             .field("image", &self.image)
             .field("look", &self.look)
+            .field("overlay", &self.overlay)
+            .field("legend", &self.legend)
+            .field("groups", &self.groups.as_ref().map(Vec::len))
             .field("files", &self.files)
             .field("watch", &self.watch)
             .field("copied", &self.copied)
@@ -167,7 +179,7 @@ pub fn load_controlled(path: &Path, control: &Control) -> Result<Loaded, LoadErr
     Named::of(path).finish(control, |named| {
         let bytes = stream::read(path, control).map_err(|refused| named.refused(&refused))?;
         control.reach(0.2);
-        scene_of(named, bytes, control)
+        scene_of(named, bytes, None, control)
     })
 }
 
@@ -206,7 +218,9 @@ pub fn open(path: &Path, options: &Options, control: &Control) -> Result<Opened,
         Begun::Text(beginning) => {
             let bytes = beginning.into_text().map_err(|refused| named.refused(&refused))?;
             control.reach(0.2);
-            scene_of(named, bytes, control).map(|loaded| Opened::Scene(Box::new(loaded)))
+            let outline_by = options.outline_by.as_deref();
+            let loaded = scene_of(named, bytes, outline_by, control)?;
+            Ok(Opened::Scene(Box::new(loaded)))
         }
     })
 }
@@ -218,7 +232,9 @@ pub fn open(path: &Path, options: &Options, control: &Control) -> Result<Opened,
 #[cfg(feature = "particles")]
 pub fn of_frame(file: &File, options: &Options, control: &Control) -> Result<Loaded, LoadError> {
     let understood = understand(file, options.frame, &options.appearance, control)?;
-    let line = understood.line.clone();
+    let (line, legend) = (understood.line.clone(), understood.spheres.legend.clone());
+    let groups = options.column().map(|column| groups(file, &understood.particles, column));
+    let groups = groups.transpose()?;
     let (scene, watch) = scene_of_frame(file, understood)?;
     control.reach(1.0);
     Ok(Loaded {
@@ -227,6 +243,9 @@ pub fn of_frame(file: &File, options: &Options, control: &Control) -> Result<Loa
         wanted: None,
         image: DEFAULT_IMAGE,
         look: Look::matte(),
+        overlay: Overlay::default(),
+        legend,
+        groups,
         files: options.topology.iter().cloned().collect(),
         watch,
         copied: Vec::new(),
@@ -305,8 +324,13 @@ pub fn camera(path: &Path) -> Result<Wanted, LoadError> {
     })
 }
 
-/// Bytes as a scene file.
-fn scene_of(named: &Named<'_>, bytes: Vec<u8>, control: &Control) -> Result<Loaded, LoadError> {
+/// Bytes as a scene file. `outline_by`: in place of what the file says.
+fn scene_of(
+    named: &Named<'_>,
+    bytes: Vec<u8>,
+    outline_by: Option<&str>,
+    control: &Control,
+) -> Result<Loaded, LoadError> {
     let text = named.text(bytes)?;
     let text = text.trim_start_matches('\u{feff}');
     let comment = |line: &str| line.is_empty() || line.starts_with('#');
@@ -330,7 +354,7 @@ fn scene_of(named: &Named<'_>, bytes: Vec<u8>, control: &Control) -> Result<Load
         true => Path::new(""),
         false => named.path.parent().unwrap_or(Path::new("")),
     };
-    text_controlled(&named.name, text, folder, control)
+    text_controlled(&named.name, text, folder, outline_by, control)
 }
 
 /// Loads a scene from the text of a scene file. `name` is for messages; arrays are found relative
@@ -339,18 +363,19 @@ fn scene_of(named: &Named<'_>, bytes: Vec<u8>, control: &Control) -> Result<Load
 /// # Errors
 /// As [`load`].
 pub fn from_text(name: &str, text: &str, folder: &Path) -> Result<Loaded, LoadError> {
-    text_controlled(name, text, folder, &Control::new())
+    text_controlled(name, text, folder, None, &Control::new())
 }
 
 fn text_controlled(
     name: &str,
     text: &str,
     folder: &Path,
+    outline_by: Option<&str>,
     control: &Control,
 ) -> Result<Loaded, LoadError> {
     // The mark that some editors write before UTF-8.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let loaded = scene_file::read(text, folder, control);
+    let loaded = scene_file::read(text, folder, outline_by, control);
     let loaded = loaded.map_err(|fault| fault.into_error(name, text))?;
     control.reach(1.0);
     Ok(loaded)

@@ -21,11 +21,12 @@ use crate::{
         refused::Refused,
         report::Fault,
     },
+    legend::Legend,
     load::{
-        DEFAULT_IMAGE, Loaded, Watch,
+        DEFAULT_IMAGE, Loaded, Overlay, Watch,
         batches::{self, Batches, Piece},
         document::{Section, Value, color, integer, number, string, vector},
-        look,
+        look, overlay,
     },
     npy::array::{Array, Copied, Key, Taken},
 };
@@ -40,9 +41,18 @@ use planisphere_core::{
 };
 use planisphere_image::look::Look;
 
-/// Reads the text of a scene file, and maps the arrays it names relative to `folder`.
-pub(super) fn read(text: &str, folder: &Path, control: &Control) -> Result<Loaded, Fault> {
+/// Reads the text of a scene file, and maps the arrays it names relative to `folder`. `outline_by`:
+/// in place of what the file says.
+pub(super) fn read(
+    text: &str,
+    folder: &Path,
+    outline_by: Option<&str>,
+    control: &Control,
+) -> Result<Loaded, Fault> {
     Fault::if_cancelled(control)?;
+    let read_document = |document: &DeTable, spheres: Vec<Sphere>| {
+        read_document(document, spheres, Files::new(folder, control), outline_by)
+    };
     if let Some(at) = text.find('\0') {
         return Err(batches::stray(at..at + 1, 0));
     }
@@ -53,14 +63,14 @@ pub(super) fn read(text: &str, folder: &Path, control: &Control) -> Result<Loade
     if !batches::large(text) {
         batches::check_keys(text)?;
         let document = DeTable::parse(text).map_err(|error| syntax(&error, text))?;
-        return read_document(document.get_ref(), Vec::new(), folder, control);
+        return read_document(document.get_ref(), Vec::new());
     }
     if let Some(batches) = batches::quick(text, control)
         && let Some(spheres) = read_quickly(text, &batches, control)
         && let Ok(document) = DeTable::parse(&batches.rest.text(text))
         && !document.get_ref().contains_key("sphere")
     {
-        return read_document(document.get_ref(), spheres, folder, control)
+        return read_document(document.get_ref(), spheres)
             .map_err(|fault| fault.moved(|at| batches.rest.place(at)));
     }
     let batches = batches::exact(text, control)?;
@@ -81,7 +91,7 @@ pub(super) fn read(text: &str, folder: &Path, control: &Control) -> Result<Loade
     }
     // In the order of the file, whichever was read first.
     let spheres = parsed.join(spheres.into_iter().collect::<Result<Vec<_>, _>>()?)?;
-    read_document(document.get_ref(), spheres, folder, control).map_err(moved)
+    read_document(document.get_ref(), spheres).map_err(moved)
 }
 
 /// The tables that a scene file has.
@@ -147,16 +157,21 @@ fn read_piece(text: &str, piece: &Piece) -> Result<Vec<Sphere>, Fault> {
 fn read_document(
     document: &DeTable,
     singles: Vec<Sphere>,
-    folder: &Path,
-    control: &Control,
+    mut files: Files,
+    outline_by: Option<&str>,
 ) -> Result<Loaded, Fault> {
-    Fault::if_cancelled(control)?;
-    control.reach(0.7);
+    Fault::if_cancelled(files.control)?;
+    files.control.reach(0.7);
     let root = Section::of_table("", document, 0..0, &KNOWN)?;
-    let (image, look) = root.get("image").map_or(Ok((DEFAULT_IMAGE, Look::flat())), read_image)?;
+    let image = root.get("image").map_or_else(|| Ok(Image::default()), read_image)?;
     let camera = root.get("camera").map(read_camera).transpose()?;
-    let (scene, files) = read_spheres(&root, singles, Files::new(folder, control))?;
-    finish(scene, camera, image, look, files)
+    files.grouping.column = match outline_by {
+        None => image.column.clone(),
+        Some("jump" | "sphere") => None,
+        Some(typed) => Some((typed.to_owned(), None)),
+    };
+    let (scene, files) = read_spheres(&root, singles, files)?;
+    finish(scene, camera, image, files)
 }
 
 /// A fault of the TOML itself, in the parser's words.
@@ -185,9 +200,30 @@ fn syntax(error: &toml::de::Error, text: &str) -> Fault {
     Fault::new(format!("not TOML: {message}"), span, "here", fix)
 }
 
-fn read_image(value: &Value) -> Result<(ImageSize, Look), Fault> {
-    let known: Vec<&str> = ["width", "height"].into_iter().chain(look::KEYS).collect();
-    let section = Section::new("[image]", value, &known)?;
+/// What `[image]` says.
+struct Image {
+    size: ImageSize,
+    look: Look,
+    overlay: Overlay,
+    /// The column of groups that lines go by, and where it stands.
+    column: Option<Wish>,
+    /// Where the legend is asked for.
+    legend: Range<usize>,
+}
+
+/// A name, and its place in the file; none of one that was typed.
+type Wish = (String, Option<Range<usize>>);
+
+impl Default for Image {
+    fn default() -> Self {
+        let (look, overlay) = (Look::flat(), Overlay::default());
+        Self { size: DEFAULT_IMAGE, look, overlay, column: None, legend: 0..0 }
+    }
+}
+
+fn read_image(value: &Value) -> Result<Image, Fault> {
+    let known = ["width", "height"].into_iter().chain(look::KEYS).chain(overlay::KEYS);
+    let section = Section::new("[image]", value, &known.collect::<Vec<&str>>())?;
     let side = |key: &str, default: u32| -> Result<u32, Fault> {
         let Some(found) = section.read(key, integer)? else { return Ok(default) };
         u32::try_from(found).ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(|| {
@@ -203,7 +239,14 @@ fn read_image(value: &Value) -> Result<(ImageSize, Look), Fault> {
         width: side("width", DEFAULT_IMAGE.width)?,
         height: side("height", DEFAULT_IMAGE.height)?,
     };
-    Ok((size, look::read(&section)?))
+    let (look, column) = look::read(&section)?;
+    Ok(Image {
+        size,
+        look,
+        overlay: overlay::read(&section)?,
+        column: column.map(|column| (column, Some(section.place("outline_by")))),
+        legend: section.place("legend"),
+    })
 }
 
 /// What `[camera]` says, with its places.
@@ -252,10 +295,10 @@ fn read_camera<'t, 'i>(value: &'t Value<'i>) -> Result<ReadCamera<'t, 'i>, Fault
 fn finish(
     scene: Scene,
     camera: Option<ReadCamera>,
-    image: ImageSize,
-    look: Look,
+    image: Image,
     files: Files,
 ) -> Result<Loaded, Fault> {
+    let Image { size: image, look, overlay, legend: place, .. } = image;
     let wanted = camera.as_ref().map(|camera| camera.wanted);
     if let Err(error) = wanted.unwrap_or_default().camera(&scene.bounds(), image).check() {
         let too_large = |span| {
@@ -284,13 +327,25 @@ fn finish(
     }
     let notes = camera.map_or(Vec::new(), |camera| camera.notes);
     let fixed_camera = wanted.and_then(|wanted| wanted.fixed());
-    let Files { paths, watch, copied, understood, .. } = files;
+    let Files { paths, watch, copied, understood, grouping, legends, .. } = files;
+    let legend = joined(legends);
+    if let (Some(_), Err(words)) = (&overlay.legend, &legend) {
+        return Err(Fault::new(
+            format!("there is no legend: {words}"),
+            place,
+            "of what?",
+            "write color_by = \"the name of a column\" below `file`, or remove the line",
+        ));
+    }
     Ok(Loaded {
         scene,
         fixed_camera,
         wanted,
         image,
         look,
+        overlay,
+        legend,
+        groups: grouping.column.map(|_| grouping.groups),
         files: paths,
         watch,
         copied,
@@ -446,7 +501,6 @@ fn camera_fault(section: &Section, error: &CameraError) -> Fault {
 /// together.
 struct Source {
     /// Whether they are of a file of particles.
-    #[cfg_attr(not(feature = "particles"), allow(dead_code, reason = "they never are"))]
     particles: bool,
     span: Range<usize>,
     centers: (PathBuf, Range<usize>),
@@ -466,6 +520,9 @@ struct Files<'c> {
     copied: Vec<Copied>,
     /// What was understood of the files of particles among them.
     understood: Vec<String>,
+    /// What the colours of each file of particles mean; or why that has no legend.
+    legends: Vec<Result<Legend, String>>,
+    grouping: Grouping,
     /// All that were mapped, each with its place in the scene file.
     mapped: Vec<(Arc<Mapped>, Range<usize>)>,
 }
@@ -474,7 +531,8 @@ impl<'c> Files<'c> {
     /// None yet.
     fn new(folder: &'c Path, control: &'c Control) -> Self {
         let (paths, watch, copied, mapped) = Default::default();
-        Self { folder, control, paths, watch, copied, understood: Vec::new(), mapped }
+        let (understood, legends, grouping) = Default::default();
+        Self { folder, control, paths, watch, copied, understood, legends, grouping, mapped }
     }
 
     /// Takes note of an array's file, and hands its numbers on.
@@ -501,6 +559,73 @@ impl<'c> Files<'c> {
     }
 }
 
+/// Groups of spheres, where these are wanted.
+#[derive(Default)]
+struct Grouping {
+    /// The column that makes them.
+    column: Option<Wish>,
+    /// Those of the spheres so far.
+    groups: Vec<u32>,
+    /// How many groups there are so far.
+    count: u32,
+    /// Whether any file had the column.
+    found: bool,
+}
+
+impl Grouping {
+    /// Takes spheres that have no columns: they are one group.
+    fn take_one(&mut self, spheres: usize) {
+        if self.column.is_some() && spheres > 0 {
+            self.groups.resize(self.groups.len() + spheres, self.count);
+            self.count += 1;
+        }
+    }
+
+    /// Takes the groups of a file's particles: no other file has the same.
+    #[cfg(feature = "particles")]
+    fn take(&mut self, groups: &[u32]) {
+        let most = groups.iter().max().map_or(0, |most| most + 1);
+        self.groups.extend(groups.iter().map(|group| group + self.count));
+        self.count += most;
+        self.found = true;
+    }
+
+    /// Refuses a column where there is no file that could have it.
+    fn check(&self) -> Result<(), Fault> {
+        let Some((name, place)) = self.column.as_ref().filter(|_| !self.found) else {
+            return Ok(());
+        };
+        let name = text::value(name);
+        let why = "is a column of a file of particles, and no [[spheres]] here has a `file`";
+        Err(match place {
+            Some(place) => Fault::new(
+                format!("`outline_by` = \"{name}\" {why}"),
+                place.clone(),
+                "of which file?",
+                "write outline_by = \"jump\" or \"sphere\"",
+            ),
+            None => Fault::whole(
+                format!("the {name} of --outline-by {why}"),
+                "give jump or sphere, or name a file of particles",
+            ),
+        })
+    }
+}
+
+/// What the colours of all files mean; or why that has no legend.
+fn joined(legends: Vec<Result<Legend, String>>) -> Result<Legend, String> {
+    let (mut joined, mut why) = (None, None);
+    for legend in legends {
+        match (joined.take(), legend) {
+            (None, Ok(legend)) => joined = Some(legend),
+            (Some(one), Ok(other)) => joined = Some(Legend::and(one, other)?),
+            (one, Err(words)) => (joined, why) = (one, why.or(Some(words))),
+        }
+    }
+    let none = || "no colours here are those of a file of particles".into();
+    joined.ok_or_else(|| why.unwrap_or_else(none))
+}
+
 /// All `[[sphere]]` first, then each `[[spheres]]` in turn.
 fn read_spheres<'c>(
     root: &Section,
@@ -513,16 +638,21 @@ fn read_spheres<'c>(
         singles.push(read_sphere(table)?);
     }
     if !singles.is_empty() {
+        files.grouping.take_one(singles.len());
         blocks.push(Block::from_spheres(&singles));
         sources.push(None);
     }
     let (tables, share) = (tables(root, "spheres")?, control.part([0.7, 0.9]));
     for (number, value) in tables.iter().enumerate() {
         let (block, source) = read_block(value, &mut files)?;
+        if !source.particles {
+            files.grouping.take_one(block.len());
+        }
         blocks.push(block);
         sources.push(Some(source));
         share.reach((number + 1) as f32 / tables.len() as f32);
     }
+    files.grouping.check()?;
     Fault::if_cancelled(control)?;
     control.reach(0.9);
     let scene = Scene::new(blocks);
@@ -674,7 +804,7 @@ mod particles {
         particles::{
             Format, Frame, Map, Options,
             spheres::{Appearance, ColorFrom, RadiusFrom},
-            understood::{Begun, begin, understand},
+            understood::{Begun, begin, groups, understand},
         },
     };
 
@@ -711,6 +841,11 @@ mod particles {
         let found = understand(&file, options.frame, &options.appearance, files.control);
         let found = found.map_err(|error| failed(&error))?;
         files.understood.push(found.line.clone());
+        files.legends.push(found.spheres.legend.clone());
+        if let Some((column, _)) = &files.grouping.column {
+            let groups = groups(&file, &found.particles, column).map_err(|error| failed(&error))?;
+            files.grouping.take(&groups);
+        }
         let block = found.spheres.block;
         if let Some(mapped) = file.data().mapped() {
             if file.is_in_place(&block) {
@@ -763,6 +898,7 @@ mod particles {
             frame: section.read("frame", frame)?.unwrap_or_default(),
             topology,
             appearance,
+            outline_by: None,
         })
     }
 

@@ -37,9 +37,11 @@ mod file;
 mod format;
 #[cfg(feature = "gro")]
 mod gro;
+pub(crate) mod groups;
 #[cfg(feature = "gsd")]
 mod gsd;
 mod input;
+mod kinds;
 #[cfg(feature = "lammps")]
 mod lammps_data;
 #[cfg(feature = "mmcif")]

@@ -10,13 +10,18 @@
 
 use rayon::prelude::*;
 
-use super::{Column, Particles, Role, Values, elements::Element, first_unlike, spacing::spacing};
-use crate::colors::{DEFAULT_COLOR, parse};
+use super::{
+    Column, Particles, Role, Values, elements::Element, first_unlike, kinds, spacing::spacing,
+};
+use crate::{
+    colors::{DEFAULT_COLOR, parse},
+    legend::Legend,
+};
 use planisphere_core::{
     scene::{self, Block, Colors, Radii, Reals},
     text,
 };
-use planisphere_image::maps::Map;
+use planisphere_image::maps::{self, Map};
 
 /// How particles are to be drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,6 +96,8 @@ pub struct Spheres {
     pub radii_from: String,
     /// Where the colours come from.
     pub colors_from: String,
+    /// What the colours mean; or why that has no legend.
+    pub legend: Result<Legend, String>,
     /// What else should be known, each one line.
     pub notes: Vec<String>,
 }
@@ -132,9 +139,10 @@ pub fn spheres(
     let elements = Elements::of(particles);
     let mut notes = Vec::new();
     let (radii, radii_from) = radii(particles, elements.as_ref(), unit, appearance, &mut notes)?;
-    let (colors, colors_from) = colors(particles, elements.as_ref(), appearance, &mut notes)?;
+    let colored = colors(particles, elements.as_ref(), appearance, &mut notes)?;
+    let Colored { colors, from: colors_from, legend } = colored;
     let block = Block { centers: particles.centers.clone(), radii, colors };
-    Ok(Spheres { block, radii_from, colors_from, notes })
+    Ok(Spheres { block, radii_from, colors_from, legend, notes })
 }
 
 /// The element of each particle.
@@ -274,7 +282,7 @@ fn radii(
 }
 
 /// A column by its name.
-fn named<'a>(particles: &'a Particles, name: &str) -> Result<&'a Column, Unfit> {
+pub(super) fn named<'a>(particles: &'a Particles, name: &str) -> Result<&'a Column, Unfit> {
     let same = |column: &&Column| column.name.eq_ignore_ascii_case(name);
     let found = particles.column(name).or_else(|| particles.columns.iter().find(same));
     found.ok_or_else(|| {
@@ -341,14 +349,39 @@ fn column_radii(column: &Column, scale: f64) -> Result<Radii, Unfit> {
     Ok(Radii::Each(radii))
 }
 
+/// Colours of all particles.
+struct Colored {
+    colors: Colors,
+    /// Where they come from.
+    from: String,
+    /// What they mean; or why that has no legend.
+    legend: Result<Legend, String>,
+}
+
+impl Colored {
+    /// One colour for all.
+    fn same(color: [u8; 3]) -> Self {
+        let from = format!("{} for all", hex(color));
+        let legend = Err(format!("all have one colour, {}", hex(color)));
+        Self { colors: Colors::Same(color), from, legend }
+    }
+
+    /// The file's own colours.
+    fn own(colors: Colors, from: String) -> Self {
+        let legend =
+            Err(format!("the colours are those of the file ({from}), of no known meaning"));
+        Self { colors, from, legend }
+    }
+}
+
 fn colors(
     particles: &Particles,
     elements: Option<&Elements<'_>>,
     appearance: &Appearance,
     notes: &mut Vec<String>,
-) -> Result<(Colors, String), Unfit> {
+) -> Result<Colored, Unfit> {
     match &appearance.color {
-        ColorFrom::Same(color) => Ok((Colors::Same(*color), format!("{} for all", hex(*color)))),
+        ColorFrom::Same(color) => Ok(Colored::same(*color)),
         ColorFrom::Column(name) => by_column(particles, elements, name, appearance, notes),
         ColorFrom::Chosen => {
             if let Some(found) = own_colors(particles)? {
@@ -362,8 +395,7 @@ fn colors(
             if let Some(column) = types {
                 return Ok(category_colors(column, appearance.map.unwrap_or(TYPES)));
             }
-            let words = format!("{} for all", hex(DEFAULT_COLOR));
-            Ok((Colors::Same(DEFAULT_COLOR), words))
+            Ok(Colored::same(DEFAULT_COLOR))
         }
     }
 }
@@ -394,19 +426,26 @@ fn each(count: usize, color: impl Fn(usize) -> [u8; 3] + Sync) -> Colors {
     Colors::Each(scene::Column::of_rows(bytes))
 }
 
-fn element_colors(elements: &Elements<'_>, notes: &mut Vec<String>) -> (Colors, String) {
+fn element_colors(elements: &Elements<'_>, notes: &mut Vec<String>) -> Colored {
     if let Some(missing) = elements.missing(|_| true, "element that is known") {
         notes.push(format!("{missing}: drawn in {}", hex(NO_ELEMENT)));
     }
     let colors: Vec<[u8; 3]> =
         elements.known.iter().map(|known| known.map_or(NO_ELEMENT, Element::color)).collect();
     let color = |index| elements.code(index).map_or(NO_ELEMENT, |code| colors[code]);
-    let words = format!("Jmol's, by column `{}`", elements.column.name);
-    (each(elements.column.values.len(), color), words)
+    let from = format!("Jmol's, by column `{}`", elements.column.name);
+    let count = elements.column.values.len();
+    let found = kinds::elements(count, &elements.known, |index| elements.code(index));
+    let of = |element: Option<Element>| match element {
+        Some(element) => (element.symbol().to_owned(), element.color()),
+        None => ("no element".to_owned(), NO_ELEMENT),
+    };
+    let legend = Legend::of_kinds(found.into_iter().map(of).collect());
+    Colored { colors: each(count, color), from, legend }
 }
 
 /// The colours of a column of colours, or of three columns of channels.
-fn own_colors(particles: &Particles) -> Result<Option<(Colors, String)>, Unfit> {
+fn own_colors(particles: &Particles) -> Result<Option<Colored>, Unfit> {
     if let Some(column) = particles.role(Role::Color)
         && column.width >= 3
     {
@@ -420,7 +459,7 @@ fn own_colors(particles: &Particles) -> Result<Option<(Colors, String)>, Unfit> 
             found.words.iter().map(|word| parse(word.trim()).ok()).collect::<Option<Vec<_>>>()
     {
         let colors = each(particles.len(), |index| colors[found.codes[index] as usize]);
-        return Ok(Some((colors, format!("column `{}`", column.name))));
+        return Ok(Some(Colored::own(colors, format!("column `{}`", column.name))));
     }
     let found = [0, 1, 2].map(|channel| particles.role(Role::Channel(channel)));
     if let [Some(red), Some(green), Some(blue)] = found {
@@ -450,13 +489,13 @@ fn channel_colors(
     channels: [Channel<'_>; 3],
     count: usize,
     words: String,
-) -> Result<(Colors, String), Unfit> {
+) -> Result<Colored, Unfit> {
     let [first, ..] = channels;
     if let Values::Bytes(bytes) = &first.column.values
         && first.column.width == 3
         && channels[2].channel == 2
     {
-        return Ok((Colors::Each(bytes.clone()), words));
+        return Ok(Colored::own(Colors::Each(bytes.clone()), words));
     }
     let row = |index: usize| channels.map(|channel| channel.get(index));
     let within = |most: f64| {
@@ -467,10 +506,11 @@ fn channel_colors(
     let bytes = matches!(first.column.values, Values::Bytes(_));
     if !bytes && within(1.0).is_none() {
         let colors = each(count, |index| row(index).map(|value| byte(255.0 * value)));
-        return Ok((colors, format!("{words}, from 0 to 1")));
+        return Ok(Colored::own(colors, format!("{words}, from 0 to 1")));
     }
     let Some(wrong) = within(255.0) else {
-        return Ok((each(count, |index| row(index).map(byte)), format!("{words}, from 0 to 255")));
+        let colors = each(count, |index| row(index).map(byte));
+        return Ok(Colored::own(colors, format!("{words}, from 0 to 255")));
     };
     let [red, green, blue] = row(wrong);
     Err(Unfit::new(
@@ -483,8 +523,8 @@ fn channel_colors(
 }
 
 /// Colours of types, the same whichever others there are.
-fn category_colors(column: &Column, map: Map) -> (Colors, String) {
-    let words = format!("{}, by column `{}`", map.name(), column.name);
+fn category_colors(column: &Column, map: Map) -> Colored {
+    let from = format!("{}, by column `{}`", map.name(), column.name);
     // Types of programs that count them from 1 begin at the beginning of the palette.
     let first = if column.name.eq_ignore_ascii_case("typeid") { 0 } else { 1 };
     let count = column.values.len() / column.width.max(1);
@@ -493,18 +533,32 @@ fn category_colors(column: &Column, map: Map) -> (Colors, String) {
         true => map.category(index),
         false => map.category(index % 256 * 97),
     };
-    let colors = match &column.values {
+    let of_number = |number: i64| color(place(number, first));
+    let numbers = |found: Result<Vec<i64>, String>| {
+        let name = |number: i64| format!("{} {number}", text::value(&column.name));
+        let kinds = found?.into_iter().map(|number| (name(number), of_number(number)));
+        Ok(Legend::Kinds(kinds.collect()))
+    };
+    let (colors, legend) = match &column.values {
         Values::Words(found) => {
             let colors: Vec<_> = found.words.iter().map(|word| color(category(word))).collect();
-            each(count, |index| colors[found.codes[index] as usize])
+            let kinds = kinds::words(found).into_iter();
+            let kinds = kinds.map(|code| (text::value(&found.words[code]), colors[code]));
+            let legend = Legend::of_kinds(kinds.collect());
+            (each(count, |index| colors[found.codes[index] as usize]), legend)
         }
-        Values::Integers(types) => each(count, |index| color(place(types[index], first))),
-        values => each(count, |index| {
-            let value = values.get(index).unwrap_or(f64::NAN);
-            if value.is_nan() { NAN_COLOR } else { color(place(value as i64, first)) }
-        }),
+        Values::Integers(types) => {
+            let found = kinds::numbers(types.len(), |index| Some(types[index]));
+            (each(count, |index| of_number(types[index])), numbers(found))
+        }
+        values => {
+            let value = |index: usize| values.get(index).filter(|value| !value.is_nan());
+            let found = kinds::numbers(count, |index| value(index).map(|value| value as i64));
+            let color = |index| value(index).map_or(NAN_COLOR, |value| of_number(value as i64));
+            (each(count, color), numbers(found))
+        }
     };
-    (colors, words)
+    Colored { colors, from, legend }
 }
 
 /// The place of a type's number in a palette of any length, whose multiples are added to what is
@@ -533,11 +587,11 @@ fn by_column(
     name: &str,
     appearance: &Appearance,
     notes: &mut Vec<String>,
-) -> Result<(Colors, String), Unfit> {
+) -> Result<Colored, Unfit> {
     let (column, component) = component_of(particles, name)?;
     let Some(column) = column else {
         let values = |index: usize| particles.centers.get(3 * index + component);
-        return map_colors(name, particles.len(), values, appearance, notes);
+        return map_colors([name; 2], particles.len(), values, appearance, notes);
     };
     if let (None, Some(elements)) = (appearance.map, elements)
         && std::ptr::eq(column, elements.column)
@@ -567,10 +621,10 @@ fn by_column(
             (width * index..width * (index + 1)).map(square).sum::<f64>().sqrt()
         };
         let name = format!("the length of {}", column.name);
-        return map_colors(&name, particles.len(), length, appearance, notes);
+        return map_colors([&name, &column.name], particles.len(), length, appearance, notes);
     }
     let value = move |index: usize| values.get(width * index + component).unwrap_or(f64::NAN);
-    map_colors(name, particles.len(), value, appearance, notes)
+    map_colors([name; 2], particles.len(), value, appearance, notes)
 }
 
 /// Stands for the length of a vector among its components.
@@ -608,14 +662,14 @@ fn component_of<'a>(
     Ok((Some(column), component))
 }
 
-/// Colours of numbers by a map.
+/// Colours of numbers by a map. `name` says what they are in words, `label` in short.
 fn map_colors(
-    name: &str,
+    [name, label]: [&str; 2],
     count: usize,
     value: impl Fn(usize) -> f64 + Sync,
     appearance: &Appearance,
     notes: &mut Vec<String>,
-) -> Result<(Colors, String), Unfit> {
+) -> Result<Colored, Unfit> {
     let map = appearance.map.unwrap_or(Map::VIRIDIS);
     let ends = || {
         let of = |index: usize| {
@@ -629,15 +683,11 @@ fn map_colors(
     let [low, high] = appearance.range.unwrap_or_else(ends);
     if low > high {
         notes.push(format!("`{name}` has no finite value: all are {}", hex(NAN_COLOR)));
-        return Ok((Colors::Same(NAN_COLOR), format!("`{name}`")));
+        let legend = Err(format!("`{name}` has no finite value"));
+        return Ok(Colored { colors: Colors::Same(NAN_COLOR), from: format!("`{name}`"), legend });
     }
-    // Halves, whose differences are within the range of f64.
-    let (from, length) = (0.5 * low, 0.5 * high - 0.5 * low);
-    let color = |index: usize| {
-        let value = value(index);
-        let place = if length > 0.0 { (0.5 * value - from) / length } else { 0.0 };
-        if value.is_nan() { None } else { map.color(place) }
-    };
+    let range = [low, high];
+    let color = |index: usize| map.color(maps::place(value(index), range));
     let outside = |index: &usize| value(*index) < low || value(*index) > high;
     let counted = |is: &(dyn Fn(&usize) -> bool + Sync)| {
         (0..count).into_par_iter().filter(|index| is(index)).count()
@@ -655,8 +705,10 @@ fn map_colors(
         ));
     }
     let colors = each(count, |index| color(index).unwrap_or(NAN_COLOR));
-    let [low, high] = [low, high].map(short);
-    Ok((colors, format!("{}, by `{name}` from {low} to {high}", map.name())))
+    let [low, high] = range.map(short);
+    let from = format!("{}, by `{name}` from {low} to {high}", map.name());
+    let legend = Ok(Legend::Numbers { map, range, name: text::value(label) });
+    Ok(Colored { colors, from, legend })
 }
 
 #[cfg(test)]
@@ -781,6 +833,42 @@ mod tests {
         assert!(by("v").unwrap().colors_from.contains("from 1 to 5"));
         assert!(by("v.y").unwrap().colors_from.contains("from 0 to 4"));
         assert!(by("v.w").expect_err("three components").fix.contains("v.x"));
+    }
+
+    /// Names and colours of a legend are those of the spheres, and only of what is there.
+    #[test]
+    fn legends_tell_the_colours() {
+        let by = |column: Column, name: Option<&str>, range| {
+            let color = name.map_or(ColorFrom::Chosen, |name| ColorFrom::Column(name.into()));
+            made(vec![column], &Appearance { color, range, ..Appearance::default() }).unwrap()
+        };
+        let kinds = |found: &Spheres| match &found.legend {
+            Ok(Legend::Kinds(kinds)) => kinds.clone(),
+            other => panic!("{other:?}"),
+        };
+        let found = by(Column::named("element", words(&["o", "Xx", "C", "O"])), None, None);
+        let colors: Vec<_> = shown(&found).iter().map(|sphere| sphere.1).collect();
+        let named = |name: &str, index: usize| (name.to_owned(), colors[index]);
+        assert_eq!(kinds(&found), [named("C", 2), named("O", 0), named("no element", 1)]);
+
+        let found = by(Column::named("type", Values::Integers(vec![12, 2, 12])), None, None);
+        let of = |index: usize| found.block.color(index);
+        assert_eq!(kinds(&found), [("type 2".to_owned(), of(1)), ("type 12".to_owned(), of(0))]);
+
+        let found = by(Column::named("chain", words(&["B", "A"])), Some("chain"), None);
+        let of = |index: usize| found.block.color(index);
+        assert_eq!(kinds(&found), [("A".to_owned(), of(1)), ("B".to_owned(), of(0))]);
+
+        let q = || Column::named("q", reals(&[-1.5, 4.0]));
+        let map = Map::VIRIDIS;
+        let numbers = |range| Ok(Legend::Numbers { map, range, name: "q".into() });
+        assert_eq!(by(q(), Some("q"), None).legend, numbers([-1.5, 4.0]));
+        assert_eq!(by(q(), Some("q"), Some([0.0, 1.0])).legend, numbers([0.0, 1.0]));
+        let none = by(q(), None, None).legend.expect_err("one colour");
+        assert!(none.contains("one colour"), "{none}");
+        let many = Column::named("type", Values::Integers((0..1000).collect()));
+        let none = by(many, None, None).legend.expect_err("too many");
+        assert!(none.contains("256"), "{none}");
     }
 
     #[test]

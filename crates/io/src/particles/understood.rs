@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::{
     Beginning, File, Format, Frame, Input, Particles,
     data::MARK,
+    groups,
     spheres::{Appearance, Spheres, Unfit, spheres},
 };
 use crate::input::{mapped::ChangedFile, named::Named, report::LoadError};
@@ -22,6 +23,15 @@ pub struct Options {
     pub topology: Option<PathBuf>,
     /// How the particles are drawn.
     pub appearance: Appearance,
+    /// Where lines are drawn, also in a scene file: `jump`, `sphere`, or a column of groups.
+    pub outline_by: Option<String>,
+}
+
+impl Options {
+    /// The column of groups, if that is what lines go by.
+    pub fn column(&self) -> Option<&str> {
+        self.outline_by.as_deref().filter(|by| !matches!(*by, "jump" | "sphere"))
+    }
 }
 
 /// A frame that was read, and what is drawn of it.
@@ -49,10 +59,26 @@ pub fn understand(
 ) -> Result<Understood, LoadError> {
     let frame = file.number(frame, control)?;
     let particles = file.read(frame, &control.part([0.0, 0.9]))?;
-    let unfit = |unfit: Unfit| LoadError::of_file(file.name(), unfit.words, &unfit.fix);
+    let unfit = |unfit: Unfit| refused(file, unfit);
     let spheres = spheres(&particles, file.format().angstrom(), appearance).map_err(unfit)?;
     let line = line(file, frame, &particles, &spheres, control)?;
     Ok(Understood { frame, particles, spheres, line })
+}
+
+/// The groups of a frame's particles, by a column.
+///
+/// # Errors
+/// When there is no such column, or its values are of no groups.
+pub(crate) fn groups(
+    file: &File,
+    particles: &Particles,
+    column: &str,
+) -> Result<Vec<u32>, LoadError> {
+    groups::groups(particles, column).map_err(|unfit| refused(file, unfit))
+}
+
+fn refused(file: &File, unfit: Unfit) -> LoadError {
+    LoadError::of_file(file.name(), unfit.words, &unfit.fix)
 }
 
 /// What was understood of a file.
