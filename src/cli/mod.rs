@@ -10,6 +10,7 @@ mod camera;
 mod check;
 mod convert;
 mod ends;
+mod frames;
 mod info;
 mod look;
 mod make;
@@ -18,7 +19,9 @@ mod parse;
 mod progress;
 mod reading;
 mod render;
+mod sequence;
 mod signals;
+mod template;
 #[cfg(feature = "window")]
 mod view;
 
