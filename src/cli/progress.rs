@@ -1,6 +1,6 @@
 //! Says on a terminal what takes long: nothing for the first half second, then one line with how
-//! much of it is done, as far as that is known, and the seconds. Of a sequence of pictures: a bar, the
-//! rate, and the time that is left.
+//! much of it is done, as far as that is known, and the seconds. Of a sequence of pictures: a bar,
+//! the rate, and the time that is left.
 
 use std::{
     io::{self, IsTerminal, Write},
