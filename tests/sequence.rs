@@ -200,6 +200,7 @@ fn what_makes_no_sense_is_refused() {
         (turn(&["-o", "x{frame}.png", "--ids", "x{frame}.png"]), &["x0.npy"]),
         (turn(&["--frames", "0..2"]), &["cannot be used with"]),
         (vec!["s.toml", "-o", "a.gif"], &["one picture is no animation", "--turntable N"]),
+        (vec!["s.toml", "-o", "a-{frame}.png"], &["{frame} in -o a-{frame}.png is for several"]),
         (vec!["s.toml", "--resume"], &["--resume is for several pictures"]),
         (vec!["s.toml", "--fps", "5"], &["--fps is for several pictures"]),
         (vec!["s.toml", "--axis", "x"], &["--turntable"]),

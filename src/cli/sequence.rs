@@ -160,16 +160,7 @@ impl SequenceArgs {
         let (what, first) = match (turntable, frames) {
             (Some(count), _) => (What::Turn(count, axis), 0),
             (None, Some(frames)) => (What::Frames(frames), frames.first),
-            (None, None) => {
-                let alone = [("--resume", resume), ("--fps", fps.is_some())];
-                return match alone.into_iter().find(|(_, typed)| *typed) {
-                    None => Ok(None),
-                    Some((option, _)) => usage(format!(
-                        "{option} is for several pictures; add --turntable N or --frames A..B, or \
-                         leave it out"
-                    )),
-                };
-            }
+            (None, None) => return self.refuse_alone(sinks).map(|()| None),
         };
         if stats {
             return usage("--stats is of one picture, and these are several; leave it out");
@@ -188,6 +179,27 @@ impl SequenceArgs {
             *name = Some(template);
         }
         Ok(Some(Sequence { what, fps, resume, names, moving }))
+    }
+
+    /// Refuses what is for several pictures, where there is one.
+    fn refuse_alone(&self, sinks: &mut Sinks) -> Result<(), Failure> {
+        let mut alone: Vec<String> = Vec::new();
+        alone.extend(self.resume.then(|| "--resume".into()));
+        alone.extend(self.fps.map(|_| "--fps".into()));
+        for (option, target) in planes(sinks) {
+            if let Some(Target::File(path)) = target
+                && text::name(&path).contains("{frame")
+            {
+                alone.push(format!("{{frame}} in {option} {}", text::name(path)));
+            }
+        }
+        match alone.first() {
+            None => Ok(()),
+            Some(what) => usage(format!(
+                "{what} is for several pictures; add --turntable N or --frames A..B, or leave it \
+                 out"
+            )),
+        }
     }
 
     /// An animation, where that is what is wanted, in place of pictures.

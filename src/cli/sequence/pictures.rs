@@ -72,6 +72,10 @@ impl<'a> Pictures<'a> {
                     let number = numbers[0];
                     say(&format!("note: the camera is chosen once, to suit frame {number}"));
                 }
+                if reading.color_by.is_some() && reading.range.is_none() {
+                    say("note: where values are numbers, the ends of the colour map are those of \
+                         each frame; --range LO,HI gives all the same");
+                }
                 let way = Way::Frames { file, options, input, camera };
                 Ok(Self::of(numbers, first, loaded, way))
             }
