@@ -20,6 +20,7 @@ use super::{
     overlay::OverlayArgs,
     parse::{parse_device, parse_region, parse_size, parse_some},
     reading::ReadingArgs,
+    sequence::{Sequence, SequenceArgs, unmoved},
 };
 use planisphere_io::{output::Target, particles::Format, picture::Kind};
 use planisphere_renderer::{Device, Region, files::Sinks};
@@ -67,7 +68,12 @@ Examples:
       an atomic structure, smaller spheres, seen along the x axis
   planisphere render protein.cif --look illustrative --outline-by chain \\
           --legend --scale-bar --unit Å --axes
-      lines around each chain; the elements' colours, a length and the axes";
+      lines around each chain; the elements' colours, a length and the axes
+  planisphere render scene.toml --turntable 120 -o 'turn-{frame:04}.png'
+      120 pictures from all around; the last line is the command that makes a
+      video of them
+  planisphere render run.dump --frames 0..500:5 -o run.gif
+      every fifth frame of a trajectory, as an animation";
 
 const CONVERT_EXAMPLES: &str = "\
 Examples:
@@ -251,6 +257,9 @@ pub(super) struct RenderArgs {
     stats: bool,
 
     #[command(flatten)]
+    sequence: SequenceArgs,
+
+    #[command(flatten)]
     reading: ReadingArgs,
 
     #[command(flatten)]
@@ -296,7 +305,7 @@ const MAX_FIRST: u64 = 1 << 62;
 /// Refuses names that stand for formats that are not written, and a request for nothing.
 fn checked(mut sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
     if let Some((path, _)) = sinks.picture.as_ref().map(Target::ending).transpose()?.flatten() {
-        sinks.kind = Kind::of(path).map_err(|error| Failure::Usage(format!("-o: {error}")))?;
+        sinks.kind = Kind::of(path).map_err(|error| unmoved(path, &error))?;
     }
     for (option, target) in named(&sinks) {
         let (what, ending) = match option {
@@ -464,6 +473,8 @@ pub(super) struct RenderRequest {
     pub reading: ReadingArgs,
     /// In place of the scene's camera.
     pub camera: CameraArgs,
+    /// Which pictures, if there are several; `sinks` are then those of the first.
+    pub sequence: Option<Sequence>,
 }
 
 impl RenderArgs {
@@ -472,7 +483,7 @@ impl RenderArgs {
         let output = match &self.output {
             Some(name) if name == Path::new("none") => None,
             Some(name) => Some(Target::from_arg(name)),
-            None => Some(Target::File(default_output(&self.scene)?)),
+            None => Some(Target::File(self.sequence.default_name(default_output(&self.scene)?))),
         };
         let arrays = [self.ids, self.depth, self.visibility];
         let mut sinks = sinks(output, self.palette, arrays, self.first_index);
@@ -480,10 +491,12 @@ impl RenderArgs {
         let planes = [self.normals, self.positions, self.planes];
         [sinks.normals, sinks.positions, sinks.planes] =
             planes.map(|path| path.as_deref().map(Target::from_arg));
-        let mut sinks = checked(sinks, self.stats)?;
+        let sequence = self.sequence.request(&mut sinks, self.stats)?;
+        let moves = sequence.as_ref().is_some_and(Sequence::moves);
+        let mut sinks = checked(sinks, self.stats || moves)?;
         self.about.apply(&mut sinks, self.reading.words())?;
         let Self { scene, explain, picture, stats, reading, camera, .. } = self;
-        Ok(RenderRequest { scene, sinks, explain, picture, stats, reading, camera })
+        Ok(RenderRequest { scene, sinks, explain, picture, stats, reading, camera, sequence })
     }
 }
 

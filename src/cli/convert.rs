@@ -7,11 +7,21 @@ use std::{
 
 use clap::{Args as ClapArgs, ValueEnum};
 
-use super::{Failure, ends::Ends, progress::Progress, reading::ReadingArgs, render::say_read, say};
+use super::{
+    Failure,
+    ends::Ends,
+    frames::{Frames, parse_frames},
+    progress::Progress,
+    reading::ReadingArgs,
+    render::say_read,
+    say,
+    template::Template,
+};
 use planisphere_io::{
     load::{Control, Opened, open},
     output::{Staged, Target, commit},
     particles::{File, Frame, Understood, understand, write::Output},
+    text,
 };
 
 /// `convert`, as typed.
@@ -23,7 +33,8 @@ pub(super) struct ConvertArgs {
 
     /// File to write: .npz, .ply or .xyz; - for standard output (with --to)
     ///
-    /// In the place of {frame} in its name comes the number of the frame, as --frames needs it.
+    /// In the place of {frame} in its name comes the number of the frame, as --frames needs it; of
+    /// {frame:04}, with four digits.
     #[arg(required_unless_present = "to", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
 
@@ -52,46 +63,24 @@ enum To {
     None,
 }
 
-/// Numbers of frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Frames {
-    first: usize,
-    /// One past the last, if it is given.
-    end: Option<usize>,
-    step: usize,
-}
-
-fn parse_frames(typed: &str) -> Result<Frames, String> {
-    let fix = || "write A..B, A.. or A..B:STEP, such as 0..100:10; B is not among them".to_owned();
-    let number = |text: &str| text.trim().parse::<usize>().map_err(|_| fix());
-    let (range, step) = match typed.split_once(':') {
-        Some((range, step)) => (range, number(step)?),
-        None => (typed, 1),
-    };
-    let (first, end) = range.split_once("..").ok_or_else(fix)?;
-    let first = if first.trim().is_empty() { 0 } else { number(first)? };
-    let end = if end.trim().is_empty() { None } else { Some(number(end)?) };
-    if step == 0 || end.is_some_and(|end| end <= first) {
-        return Err(fix());
-    }
-    Ok(Frames { first, end, step })
-}
-
 /// Reads, and writes what was asked for.
 pub(super) fn run(args: &ConvertArgs) -> Result<(), Failure> {
     let to = args.format()?;
-    let target = args.output.as_deref().filter(|_| to != To::None);
-    let Some(frames) = args.frames else { return args.one(to, target) };
-    if let Some(target) = target
-        && !target.to_string_lossy().contains(FRAME)
-    {
-        return Err(Failure::Usage(format!(
+    let name = args.output.as_deref().filter(|_| to != To::None);
+    // Other names may have any braces.
+    let numbered = |name: &Path| args.frames.is_some() || text::name(name).contains("{frame");
+    let template = name.filter(|name| numbered(name)).map(|name| Template::parse("OUT", name));
+    let template = template.transpose()?.flatten();
+    match (args.frames, name, template) {
+        (None, name, template) => args.one(to, name, template),
+        (Some(frames), None, _) => args.several(to, None, frames),
+        (Some(frames), Some(_), Some(template)) => args.several(to, Some(&template), frames),
+        (Some(_), Some(_), None) => Err(Failure::Usage(format!(
             "--frames writes a file for each frame; put {{frame}} into the name, such as \
              out-{{frame}}.{}",
             to.ending()
-        )));
+        ))),
     }
-    args.several(to, target, frames)
 }
 
 impl To {
@@ -125,13 +114,13 @@ impl ConvertArgs {
         found.ok_or_else(|| {
             Failure::Usage(format!(
                 "{} names no format that is written; name it .npz, .ply or .xyz, or say --to npz",
-                planisphere_io::text::name(name)
+                text::name(name)
             ))
         })
     }
 
     /// One frame.
-    fn one(&self, to: To, name: Option<&Path>) -> Result<(), Failure> {
+    fn one(&self, to: To, name: Option<&Path>, template: Option<Template>) -> Result<(), Failure> {
         let control = Control::new();
         let options = self.reading.options();
         let progress = Progress::of("reading", &control);
@@ -150,7 +139,10 @@ impl ConvertArgs {
             Opened::Particles(file) => {
                 let found = understand(&file, options.frame, &options.appearance, &control)?;
                 drop(progress);
-                let target = name.map(|name| of_frame(name, found.frame));
+                let target = match template {
+                    Some(template) => Some(Target::File(template.name(found.frame))),
+                    None => name.map(Target::from_arg),
+                };
                 self.check(&target, &[])?;
                 say(&found.line);
                 write_frame(&file, &found, to, target)
@@ -159,26 +151,15 @@ impl ConvertArgs {
     }
 
     /// Several frames, each into a file of its own. All names are looked at before any is written.
-    fn several(&self, to: To, name: Option<&Path>, frames: Frames) -> Result<(), Failure> {
+    fn several(&self, to: To, name: Option<&Template>, frames: Frames) -> Result<(), Failure> {
         let control = Control::new();
         let options = self.reading.options();
         let Opened::Particles(file) = open(&self.input, &options, &control)? else {
             return Err(Failure::Usage("--frames is for files of particles".into()));
         };
-        let end = match frames.end {
-            Some(end) => {
-                file.number(Frame::FromFirst(end - 1), &control)?;
-                end
-            }
-            // The first must be there.
-            None => {
-                file.number(Frame::FromFirst(frames.first), &control)?;
-                file.frames(&control)?
-            }
-        };
-        let numbers: Vec<usize> = (frames.first..end).step_by(frames.step).collect();
+        let numbers = frames.numbers(&file, &control)?;
         let targets: Option<Vec<Target>> =
-            name.map(|name| numbers.iter().map(|frame| of_frame(name, *frame)).collect());
+            name.map(|name| numbers.iter().map(|frame| Target::File(name.name(*frame))).collect());
         self.check(targets.as_deref().unwrap_or_default(), &[])?;
         for (place, frame) in numbers.iter().enumerate() {
             let asked = Frame::FromFirst(*frame);
@@ -207,18 +188,6 @@ impl ConvertArgs {
         ends.check()
     }
 }
-
-/// The file of a frame: a name with the number in it.
-fn of_frame(name: &Path, frame: usize) -> Target {
-    let name = name.to_string_lossy();
-    match name.contains(FRAME) {
-        true => Target::from_arg(Path::new(&name.replace(FRAME, &frame.to_string()))),
-        false => Target::from_arg(Path::new(name.as_ref())),
-    }
-}
-
-/// What stands for the number of the frame in a name.
-const FRAME: &str = "{frame}";
 
 /// Writes a frame, unless its file has changed meanwhile: numbers may lie in it.
 fn write_frame(
@@ -265,21 +234,5 @@ impl Written {
         let notes = commit(self.staged)?;
         self.left_out.iter().chain(&notes).for_each(|note| say(&format!("note: {note}")));
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ranges_of_frames() {
-        let frames = |first, end, step| Ok(Frames { first, end, step });
-        assert_eq!(parse_frames("0..10"), frames(0, Some(10), 1));
-        assert_eq!(parse_frames("5.."), frames(5, None, 1));
-        assert_eq!(parse_frames("..4:2"), frames(0, Some(4), 2));
-        for bad in ["", "5", "5..5", "5..2", "0..5:0", "a..b", "0..5:-1"] {
-            assert!(parse_frames(bad).is_err(), "{bad}");
-        }
     }
 }

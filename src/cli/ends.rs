@@ -87,6 +87,8 @@ impl<'a> Ends<'a> {
             )));
         }
         let mut found: Vec<(&str, &Target, Identity)> = Vec::new();
+        // Places in `found`: a sequence has very many names.
+        let mut alike: HashMap<Identity, Vec<usize>> = HashMap::new();
         for (option, target) in all {
             target.check()?;
             let own = target.identity()?;
@@ -104,9 +106,11 @@ impl<'a> Ends<'a> {
                     ),
                 }));
             }
-            for (other, earlier, theirs) in &found {
+            let places = alike.entry(own.in_small_letters().unwrap_or(own.clone())).or_default();
+            for (other, earlier, theirs) in places.iter().map(|place| &found[*place]) {
                 self.apart((other, earlier, theirs), (option, target, &own))?;
             }
+            places.push(found.len());
             found.push((option, target, own));
         }
         for (option, target, own) in

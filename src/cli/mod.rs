@@ -11,6 +11,7 @@ mod camera;
 mod check;
 mod convert;
 mod ends;
+mod frames;
 mod info;
 mod look;
 mod make;
@@ -20,7 +21,9 @@ mod parse;
 mod progress;
 mod reading;
 mod render;
+mod sequence;
 mod signals;
+mod template;
 #[cfg(feature = "window")]
 mod view;
 

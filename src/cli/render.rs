@@ -12,7 +12,7 @@ use super::{
     print,
     progress::Progress,
     reading::ReadingArgs,
-    say, unless_changed,
+    say, sequence, unless_changed,
 };
 use planisphere_io::{
     load::{Control, Copied, Loaded},
@@ -90,6 +90,9 @@ pub(super) fn rounded(milliseconds: f64) -> f64 {
 
 /// Does what was asked; `start` is when the program began.
 pub(super) fn run(asked: &RenderRequest, start: Instant) -> Result<(), Failure> {
+    if let Some(sequence) = &asked.sequence {
+        return sequence::run(asked, sequence);
+    }
     let text = if asked.explain { Some("--explain") } else { asked.stats.then_some("--stats") };
     let mut ends = Ends::new(named(&asked.sinks), text);
     ends.reads(&asked.scene);
@@ -180,14 +183,27 @@ impl Input<'_> {
     pub fn load(&self) -> Result<(Loaded, Request), Failure> {
         let control = Control::new();
         let progress = Progress::of("loading", &control);
-        let outline_by = self.picture.look.outline_by();
-        let mut loaded = self.reading.load(self.scene, outline_by, &control)?;
+        let asked = self.request(
+            self.reading.load(self.scene, self.picture.look.outline_by(), &control)?,
+            None,
+        )?;
+        drop(progress);
+        Ok(asked)
+    }
+
+    /// Makes a request of what was loaded, with its own camera unless one is given.
+    pub fn request(
+        &self,
+        mut loaded: Loaded,
+        camera: Option<Camera>,
+    ) -> Result<(Loaded, Request), Failure> {
         self.camera.apply(&mut loaded)?;
         if let Some([width, height]) = self.picture.size {
             (loaded.image.width, loaded.image.height) = (width, height);
         }
         let size = [loaded.image.width, loaded.image.height];
-        let camera = Camera::try_from(loaded.camera(loaded.image)).map_err(Error::from)?;
+        let own = || Camera::try_from(loaded.camera(loaded.image)).map_err(Error::from);
+        let camera = camera.map_or_else(own, Ok)?;
         let look = self.picture.look.apply(loaded.look.clone()).map_err(Error::from)?;
         let overlay = self.picture.overlay.of(&loaded)?;
         let mut request = Request::new(&Scene::from(&loaded), camera, size)?;
@@ -195,7 +211,6 @@ impl Input<'_> {
         if let Some(region) = self.picture.region {
             request = request.region(region_inside(region, size)?)?;
         }
-        drop(progress);
         Ok((loaded, request))
     }
 }
@@ -226,7 +241,7 @@ impl Milliseconds {
 }
 
 /// Looks at the spheres, and says what would run.
-fn explain(plan: Plan, request: &Request, renderer: &Renderer) -> Result<(), Failure> {
+pub(super) fn explain(plan: Plan, request: &Request, renderer: &Renderer) -> Result<(), Failure> {
     let threads = plan.threads().map_or(String::new(), |count| format!("; {count} threads"));
     let device = device_words(renderer) + &threads;
     let lines = plan.lines(request).into_iter().map(|(topic, words)| match topic {
@@ -238,7 +253,7 @@ fn explain(plan: Plan, request: &Request, renderer: &Renderer) -> Result<(), Fai
 }
 
 /// Refuses, before anything is drawn, what cannot fit.
-fn check_memory(plan: &Plan) -> Result<(), Failure> {
+pub(super) fn check_memory(plan: &Plan) -> Result<(), Failure> {
     match plan.shortage() {
         None => Ok(()),
         Some(shortage) => Err(too_much(shortage, plan.copies_spheres())),

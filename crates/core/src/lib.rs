@@ -15,13 +15,15 @@
 //! * [`bins`], [`project`], [`filter`], [`projected`], [`simd`], [`pool`]: spheres into view space,
 //!   tile lists, and one ray against one sphere, in f64 with proved bounds; all lanes, all cores.
 //! * [`exact`]: what the filters leave in doubt, decided without rounding.
-//! * [`axes`]: the camera's axes as integers over square roots, and as pairs of f64.
+//! * [`turn`]: a camera that turns. [`axes`]: the camera's axes as integers over square roots, and
+//!   as pairs of f64.
 //! * [`scene`], [`camera`], [`fov`], [`framing`], [`drawing`], [`ids`]: plain data: what is drawn,
 //!   from where, what comes of it. [`text`]: how names and values from
 //!   outside are shown. [`host`]: the clock and the memory that others hand in.
 
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
+mod angle;
 pub mod axes;
 pub mod bins;
 pub mod camera;
@@ -47,4 +49,5 @@ pub mod scene;
 pub mod simd;
 pub mod text;
 pub mod tile;
+pub mod turn;
 pub mod unseen;

@@ -93,18 +93,20 @@ impl Identity {
         Ok(Self { place: Place::Path(fs::canonicalize(path)?), kind: Kind::Storage })
     }
 
+    /// A new file with its name in small letters; none of a file that is there. Two of which these
+    /// are equal may be one file: see [`Identity::differs_in_case`].
+    #[must_use]
+    pub fn in_small_letters(&self) -> Option<Self> {
+        let Place::New { folder, name } = &self.place else { return None };
+        let name = name.to_string_lossy().to_lowercase().into();
+        Some(Self { place: Place::New { folder: folder.clone(), name }, kind: self.kind })
+    }
+
     /// Whether both are new files of one folder, whose names differ in case only: where the file
     /// system takes no notice of case, these are one file.
     pub fn differs_in_case(&self, other: &Self) -> bool {
-        match (&self.place, &other.place) {
-            (Place::New { folder, name }, Place::New { folder: other, name: second }) => {
-                folder == other
-                    && name != second
-                    && name.to_string_lossy().to_lowercase()
-                        == second.to_string_lossy().to_lowercase()
-            }
-            _ => false,
-        }
+        let small = self.in_small_letters();
+        self != other && small.is_some() && small == other.in_small_letters()
     }
 }
 

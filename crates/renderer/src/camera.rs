@@ -7,7 +7,7 @@ use planisphere_core::{
     axes::Axes,
     camera::{self, CameraError, ImageSize, MAX_SIDE, Pitch, Projection, ScreenSize, View},
     fov::height_from_fov,
-    scene,
+    scene, turn,
 };
 use rayon::prelude::*;
 
@@ -177,6 +177,33 @@ impl Camera {
         let view = turn * axes.forward.nearest();
         // A turn over the pole would look along what is up: the camera stays there.
         Self::checked(camera::Camera { origin, view, ..self.0 }).unwrap_or(self)
+    }
+
+    /// Turned by `part / of` of a whole turn about the line through a point along `axis`, from whose
+    /// tip it goes counterclockwise: a turntable of `of` pictures. It stays as far away, and clip
+    /// distances stay; the numbers are the same on every machine.
+    ///
+    /// # Errors
+    /// When `of` is 0, the axis is zero or not finite, or numbers leave the range of `f64`.
+    pub fn turned(
+        self,
+        about: impl Into<[f64; 3]>,
+        axis: impl Into<[f64; 3]>,
+        part: u32,
+        of: u32,
+    ) -> Result<Self, Error> {
+        let (about, axis) = (vector(about), vector(axis));
+        let wrong = |field, words: &str| Err(Error::Camera { field, words: words.into() });
+        if of == 0 {
+            return wrong("of", "a turn of 0 pictures is none; give 1 or more");
+        }
+        if !axis.is_finite() || axis == DVec3::ZERO {
+            return wrong("axis", "the axis is no direction; give finite numbers, not all 0");
+        }
+        if !about.is_finite() {
+            return wrong("about", "the point is not finite; give finite numbers");
+        }
+        Self::checked(turn::turned(self.0, about, axis, part, of))
     }
 
     /// Where it stands, world units.
