@@ -1,4 +1,4 @@
-//! The pages on looks and on scene files: every command that they show is run.
+//! The pages on looks, on scene files and the gallery: every command that they show is run.
 
 #![cfg(unix)]
 
@@ -67,4 +67,27 @@ fn scene_files() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("scene.toml"), blocks(page, "toml").join("\n")).expect("a file");
     assert!(run("scene file", folder.path(), page) >= 4);
+}
+
+/// The gallery's pictures are those of its page, as colours.
+#[test]
+fn gallery() {
+    let page = include_str!("../docs/gallery.md");
+    let folder = tempfile::tempdir().expect("a folder");
+    assert!(run("gallery", folder.path(), page) >= 10);
+    let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/figures/gallery");
+    let mut pictures = 0;
+    for entry in fs::read_dir(shown).expect("a folder") {
+        let path = entry.expect("a picture").path();
+        let drawn = folder.path().join("gallery").join(path.file_name().expect("a name"));
+        let [shown, drawn] = [&path, &drawn].map(|path| fs::read(path).expect("a picture"));
+        if path.extension().is_some_and(|ending| ending == "gif") {
+            assert!(shown == drawn, "{}", path.display());
+        } else {
+            let pixels = |bytes: &[u8]| image::load_from_memory(bytes).expect("a PNG").to_rgba8();
+            assert!(pixels(&shown) == pixels(&drawn), "{}", path.display());
+        }
+        pictures += 1;
+    }
+    assert_eq!(pictures, 8);
 }
