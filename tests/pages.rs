@@ -38,6 +38,7 @@ fn run(name: &str, folder: &Path, page: &str) -> usize {
             // What the decoder here does not know is looked at by its beginning.
             let known = image.is_ok_and(|image| image.width() > 0)
                 || bytes.starts_with(b"RIFF")
+                || bytes.starts_with(b"GIF8")
                 || bytes.starts_with(b"II*\0");
             assert!(known, "{command}: no picture");
         }
