@@ -170,8 +170,8 @@ fn succeed(folder: &Path, args: &[&str]) {
     assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-const SCENE: &str = "[camera]\nprojection = \"perspective\"\norigin = [-9, 1, 2]\nview = [1, 0, 0]\n\
-    fov = 30\n[image]\nwidth = 45\nheight = 37\nbackground = \"#102030\"\n\
+const SCENE: &str = "[camera]\nprojection = \"perspective\"\norigin = [-9, 1, 2]\n\
+    view = [1, 0, 0]\nfov = 30\n[image]\nwidth = 45\nheight = 37\nbackground = \"#102030\"\n\
     [[sphere]]\ncenter = [0, 0, 0]\nradius = 2\ncolor = \"#ff8000\"\n\
     [[sphere]]\ncenter = [1, 2, 2]\nradius = 1.5\ncolor = \"#0080ff\"\n";
 
