@@ -65,7 +65,7 @@ pub(super) fn run(asked: &CheckRequest) -> Result<(), Failure> {
         }
         outcomes.push(outcome);
     }
-    let unused = asked.unused()?;
+    let unused = asked.unused();
     if !unused.is_empty() {
         say(&format!("note: goldens of no scene of this run: {}", unused.join(", ")));
     }
@@ -188,8 +188,8 @@ impl CheckRequest {
 
     /// Names of the goldens in `--goldens` that no scene has. What a run writes into `--out` is
     /// none.
-    fn unused(&self) -> Result<Vec<String>, Failure> {
-        let Some(folder) = &self.goldens else { return Ok(Vec::new()) };
+    fn unused(&self) -> Vec<String> {
+        let Some(folder) = &self.goldens else { return Vec::new() };
         let mut known: BTreeSet<OsString> = BTreeSet::new();
         for scene in &self.scenes {
             let names = [".png", ACTUAL, DIFF].map(|ending| scene.with(ending));
@@ -198,10 +198,15 @@ impl CheckRequest {
         let entries = fs::read_dir(folder).and_then(|entries| {
             entries.map(|entry| entry.map(|entry| entry.file_name())).collect::<Result<Vec<_>, _>>()
         });
-        let entries = entries.map_err(|error| {
+        // Goldens in a folder that cannot be listed can be read all the same.
+        let entries = entries.unwrap_or_else(|error| {
             let name = text::name(folder);
-            Failure::Usage(format!("--goldens {name}: cannot be read: {error}; make it readable"))
-        })?;
+            say(&format!(
+                "note: {name} cannot be listed, so that goldens of no scene are not told: \
+                          {error}"
+            ));
+            Vec::new()
+        });
         let is_png = |name: &OsString| {
             Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
         };
@@ -210,7 +215,7 @@ impl CheckRequest {
             .filter(|name| is_png(name) && !known.contains(*name))
             .map(text::name)
             .collect();
-        Ok(unused.into_iter().collect())
+        unused.into_iter().collect()
     }
 }
 

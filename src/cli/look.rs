@@ -31,7 +31,8 @@ pub(super) struct LookArgs {
     #[arg(long, value_name = "PART", value_parser = parse_ambient, allow_negative_numbers = true)]
     ambient: Option<f64>,
 
-    /// How much hidden spheres are darkened, 0 to 1, of soft: 0.9 without
+    /// How much spheres are darkened that are not open to the space around, 0 to 1, of any look;
+    /// without, soft has 0.9 and all others 0
     #[arg(long, value_name = "PART", value_parser = parse_strength, allow_negative_numbers = true)]
     occlusion_strength: Option<f64>,
 

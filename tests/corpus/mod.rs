@@ -39,6 +39,22 @@ pub fn seeds(usual: Range<u64>) -> Range<u64> {
         })
 }
 
+/// Lengths at which something happens: depths of surfaces along the view, radii, and any.
+#[allow(dead_code, reason = "only the tests of looks compare distances with lengths")]
+pub fn lengths(case: &Case, random: &mut Random) -> Vec<f64> {
+    let camera = &case.view.camera;
+    let mut lengths = vec![0.0, camera.near];
+    for _ in 0..4 {
+        let k = random.below(case.scene.len() as u64) as usize;
+        let sphere = case.scene.sphere(k).expect("it is there");
+        let depth = (sphere.center - camera.origin).dot(camera.view) / camera.view.length();
+        let part = random.between(-1.0, 1.0) * sphere.radius;
+        lengths.extend([depth, depth - sphere.radius, depth + part, sphere.radius]);
+    }
+    lengths.retain(|length| length.is_finite() && *length >= 0.0);
+    lengths
+}
+
 /// A sphere of some colour.
 pub fn ball(center: impl Into<DVec3>, radius: f64) -> Sphere {
     let center = center.into();

@@ -223,6 +223,15 @@ impl Fixed {
         format!("{leading:e} 2^{}", drop as i64 - self.places as i64)
     }
 
+    /// The nearest f64, if it is certain and not subnormal.
+    pub fn nearest(&self) -> Option<f64> {
+        let scale = 2f64.powi(-(self.places as i32));
+        // The conversion rounds to nearest; scaling by a power of two is exact for normal numbers.
+        let [low, high] = [&self.low, &self.high].map(|end| end.to_f64().value() * scale);
+        let certain = low == high && (low == 0.0 || low.is_normal());
+        (self.places <= 900 && certain).then_some(low)
+    }
+
     /// An f64 interval that holds this one. Meant for numbers of moderate size.
     pub fn rough(&self) -> Rough {
         assert!(self.places <= 900, "2^-places must be a normal f64");

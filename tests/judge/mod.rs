@@ -11,7 +11,10 @@
 #![allow(dead_code, reason = "each test crate that takes in the judge asks it other questions")]
 
 pub mod interval;
+pub mod levels;
+pub mod looks;
 pub mod separation;
+mod srgb;
 
 use std::{
     cmp::Ordering,
@@ -101,7 +104,7 @@ enum Guess {
 
 /// A sphere that is seen at a pixel.
 #[derive(Clone, Copy, Debug)]
-struct Hit {
+pub struct Hit {
     sphere: usize,
     root: Root,
 }
@@ -198,23 +201,35 @@ fn whole(vector: [f64; 3]) -> [IBig; 3] {
 impl Judge {
     /// Reads the numbers of a scene and a view. Both must have been checked.
     pub fn new(scene: &Scene, view: &View) -> Self {
+        Self::with_lengths(scene, view, &[])
+    }
+
+    /// The same, and distances will be compared with these lengths.
+    pub fn with_lengths(scene: &Scene, view: &View, lengths: &[f64]) -> Self {
         let camera = &view.camera;
         let spheres: Vec<_> = (0..scene.len())
             .map(|i| scene.sphere(i).unwrap())
             .map(|s| (s.center.to_array(), s.radius))
             .collect();
-        let (columns, rows) = (view.image.width, view.image.height);
-        let sides = match camera.size {
-            ScreenSize::Both { width, height } => [(width, columns, columns), (height, rows, rows)],
+        // Samples beyond the border on both sides leave the middle, and so all others, where it is.
+        let (pixels, margin) = ([view.image.width, view.image.height], view.margin);
+        let [columns, rows] = pixels.map(|side| side - 2 * margin);
+        let [across, down] = match camera.size {
+            ScreenSize::Both { width, height } => [(width, columns), (height, rows)],
             // Square pixels: the other side follows from the aspect, without rounding.
-            ScreenSize::Width(width) => [(width, columns, columns), (width, columns, rows)],
-            ScreenSize::Height(height) => [(height, rows, columns), (height, rows, rows)],
+            ScreenSize::Width(width) => [(width, columns); 2],
+            ScreenSize::Height(height) => [(height, rows); 2],
         };
+        let sides =
+            [(across, pixels[0]), (down, pixels[1])].map(|(side, all)| (side.0, side.1, all));
         let perspective = camera.projection == Projection::Perspective;
         let origin = camera.origin.to_array();
         let (d, up) = (whole(camera.view.to_array()), whole(camera.up.to_array()));
-        let planes: Vec<f64> =
-            [camera.near, camera.far].into_iter().filter(|x| x.is_finite()).collect();
+        let planes: Vec<f64> = [camera.near, camera.far]
+            .into_iter()
+            .filter(|x| x.is_finite())
+            .chain(lengths.iter().copied())
+            .collect();
         let integer_cross = |a: &[IBig; 3], b: &[IBig; 3]| {
             [(1, 2), (2, 0), (0, 1)].map(|(i, j): (usize, usize)| &a[i] * &b[j] - &a[j] * &b[i])
         };

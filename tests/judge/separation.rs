@@ -69,6 +69,11 @@ impl Size {
     pub fn separation(self, values: i64) -> i64 {
         self.denominator + (values - 1) * (self.denominator + self.bound).max(0)
     }
+
+    /// Of whole multiples, and sums of them, that are up to `2^more` times as large.
+    pub fn larger(self, more: i64) -> Self {
+        Self { bound: self.bound + more, ..self }
+    }
 }
 
 /// The numbers of one sphere that matter: binary places of centre and radius, and bounds on both.
@@ -101,7 +106,7 @@ pub struct Given<'a> {
     pub square_side: &'a IBig,
     /// Camera position.
     pub origin: [f64; 3],
-    /// Clip planes, infinity left out.
+    /// Clip planes, infinity left out, and other lengths that distances are compared with.
     pub planes: &'a [f64],
     /// Length, divisor and number of pixels, across and down.
     pub sides: [(f64, u32, u32); 2],
@@ -185,5 +190,24 @@ impl Setting {
         // q is an algebraic integer over S^2, and so below the square of the bound on depths, signs
         // apart.
         Size { denominator: 2 * depth.denominator, bound: 2 * depth.bound }
+    }
+
+    /// Size of the difference of two distances along different rays, and one more length, times
+    /// the squares of both rays' directions.
+    pub fn gap(&self, bodies: &[Body]) -> Size {
+        let Size { denominator, bound } = self.depth(bodies);
+        if !self.perspective {
+            // The sum of three where it was that of two.
+            return Size { denominator, bound: bound + 1 };
+        }
+        // A distance times one square is what `depth` bounds, and times the other square below. A
+        // length that is a radius comes with both squares.
+        let (whole, screen_places) = self.screen;
+        let square = 2 * (self.reach.max(0) + 1);
+        let radius = bodies.iter().map(|b| b.radius).max().unwrap_or(-2000);
+        Size {
+            denominator: denominator + 2 * (whole + screen_places),
+            bound: bound.max(radius + square) + square + 2,
+        }
     }
 }

@@ -139,6 +139,8 @@ pub struct Counts {
     pub entries: usize,
     /// Pixels that spheres were tested at, summed over the spheres.
     pub tests: u64,
+    /// Pixels, or samples, that were not tested because their block certainly shows one sphere.
+    pub alike: usize,
     /// Questions (the sign of a number) that the filter left to be decided.
     pub undecided: usize,
     /// Of these, decided by 128-bit integers.
@@ -160,6 +162,7 @@ impl Counts {
         self.empty += other.empty;
         self.entries += other.entries;
         self.tests += other.tests;
+        self.alike += other.alike;
         self.undecided += other.undecided;
         self.small += other.small;
         self.exact += other.exact;

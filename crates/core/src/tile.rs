@@ -113,6 +113,11 @@ impl<'a, const SIDE: usize> Place<'a, SIDE> {
         Self { scene, truth, projector, corner, columns, rows, control: None }
     }
 
+    /// Screen coordinates of its columns and its rows.
+    pub fn samples(&self) -> [&[f64; SIDE]; 2] {
+        [&self.columns, &self.rows]
+    }
+
     /// A sphere of the scene.
     pub fn ball(&self, index: SphereIndex) -> Ball {
         Ball::from(self.scene.known(index.at()))
@@ -262,6 +267,15 @@ impl<const SIDE: usize> Tile<SIDE> {
     /// Nothing is seen yet at a pixel.
     pub fn open(&mut self, column: usize, row: usize) {
         (self.high[row][column], self.id[row][column]) = (f64::INFINITY, NONE);
+    }
+
+    /// All pixels of a block show a sphere, whatever else is drawn.
+    pub fn settle_block(&mut self, [column, row]: [usize; 2], id: i32) {
+        let columns = column * BLOCK..(column + 1) * BLOCK;
+        for row in row * BLOCK..(row + 1) * BLOCK {
+            self.high[row][columns.clone()].fill(f64::NEG_INFINITY);
+            self.id[row][columns.clone()].fill(id);
+        }
     }
 
     /// The holders of a row's pixels: [`NONE`] where there is none, and less where it is open

@@ -190,7 +190,8 @@ impl Look {
         Ok(Self { ambient: Some(part("ambient", light)?), ..self })
     }
 
-    /// How much hidden spheres are darkened, 0 to 1: of [`Look::soft`].
+    /// How much spheres are darkened that are not open to the space around, 0 to 1: of any look.
+    /// [`Look::soft`] has 0.9 without, all others 0.
     ///
     /// # Errors
     /// When it is none.
@@ -325,14 +326,20 @@ impl Look {
         self.lines().is_some_and(|line| line.between == Between::Groups)
     }
 
+    /// How much spheres that are not open are darkened, if they are.
+    fn occlusion(&self) -> Option<u8> {
+        let usual = (self.kind == Kind::Soft).then_some(STRENGTH);
+        self.strength.or(usual).filter(|strength| *strength > 0)
+    }
+
     /// Whether openness is shaded.
     pub fn needs_openness(&self) -> bool {
-        self.kind == Kind::Soft
+        self.occlusion().is_some()
     }
 
     /// Whether colours follow from the ids of pixels alone.
     pub fn is_plain(&self) -> bool {
-        let shaded = matches!(self.kind, Kind::Matte | Kind::Soft);
+        let shaded = self.kind == Kind::Matte || self.needs_openness();
         let more = self.transparent || self.cue().is_some() || self.lines().is_some();
         !shaded && !more && self.samples() == 1
     }
@@ -416,10 +423,10 @@ impl Look {
             aa: self.samples(),
             space: self.space,
             shade: match self.kind {
-                Kind::Flat | Kind::Illustrative => Shade::Flat,
+                Kind::Flat | Kind::Soft | Kind::Illustrative => Shade::Flat,
                 Kind::Matte => Shade::Matte { ambient: self.ambient.unwrap_or(AMBIENT) },
-                Kind::Soft => Shade::Soft { strength: self.strength.unwrap_or(STRENGTH) },
             },
+            occlusion: self.occlusion(),
             cue,
             outline,
         }

@@ -1,6 +1,8 @@
 //! Lines where what is seen changes: edges between samples side by side, and the samples within
 //! half a line's width of one. The rules are those of docs/contract.md, "Outlines".
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use planisphere_core::{
@@ -31,16 +33,21 @@ impl Lines {
         self.rows[row * self.words + column / 64] >> (column % 64) & 1 == 1
     }
 
-    /// Whether any of `count` (64 at most) samples from a column on is on a line.
+    /// The columns of a row, of some, that are on a line.
     #[inline(always)]
-    pub fn any(&self, column: usize, row: usize, count: usize) -> bool {
+    pub fn each(&self, row: usize, columns: Range<usize>, mut take: impl FnMut(usize)) {
+        let words = columns.start / 64..columns.end.div_ceil(64);
         let row = &self.rows[row * self.words..(row + 1) * self.words];
-        let (word, bit) = (column / 64, column % 64);
-        let mut bits = row[word] >> bit;
-        if bit + count > 64 {
-            bits |= row[word + 1] << (64 - bit);
+        for (word, &bits) in words.clone().zip(&row[words]) {
+            let mut bits = bits;
+            while bits != 0 {
+                let column = 64 * word + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                if columns.contains(&column) {
+                    take(column);
+                }
+            }
         }
-        bits & (u64::MAX >> (64 - count)) != 0
     }
 
     /// Of the ids of a region of a raster, for a line so many samples wide.

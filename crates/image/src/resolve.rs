@@ -21,6 +21,7 @@ use crate::{
     form::{Form, Sum},
     linear::Encoder,
     outline::Lines,
+    run,
     shaded::{Cache, Linear, Spheres, linear},
     style::{Space, Style},
 };
@@ -146,9 +147,8 @@ impl<'a, 'b, P: Form> Rows<'a, 'b, P> {
 
     /// A row of pixels, counted from the first of the region.
     fn row(&mut self, row: usize, to: &mut [P]) {
-        let n = self.of.view.per_pixel as usize;
-        match n {
-            1 => self.compare::<1>(row, to.len()),
+        match self.of.view.per_pixel {
+            1 => return self.single(row, to),
             2 => self.compare::<2>(row, to.len()),
             4 => self.compare::<4>(row, to.len()),
             8 => self.compare::<8>(row, to.len()),
@@ -179,6 +179,30 @@ impl<'a, 'b, P: Form> Rows<'a, 'b, P> {
         }
     }
 
+    /// A row of pixels of one sample each.
+    fn single(&mut self, row: usize, to: &mut [P]) {
+        let [left, top] = self.corner([0, row]);
+        let start = top * self.region.width as usize + left;
+        let ids = &self.ids[start..start + to.len()];
+        let (mut start, mut soon) = (0, 0);
+        while start < to.len() {
+            while soon < (start + AHEAD).min(to.len()) {
+                self.cache.prefetch(ids[soon]);
+                soon += run(ids[soon], &ids[soon..]);
+            }
+            let id = ids[start];
+            let end = start + run(id, &ids[start..]);
+            match id {
+                NONE => to[start..end].fill(self.of.empty(self.tables)),
+                _ => self.run(id, [start, row], &mut to[start..end]),
+            }
+            start = end;
+        }
+        let Some(lines) = self.lines else { return };
+        let line = P::whole(self.tables, self.of.line);
+        lines.each(top, left..left + to.len(), |column| to[column - left] = line);
+    }
+
     /// Column and row, in the region, of the first sample of a pixel.
     #[inline(always)]
     fn corner(&self, [column, row]: [usize; 2]) -> [usize; 2] {
@@ -205,9 +229,9 @@ impl<'a, 'b, P: Form> Rows<'a, 'b, P> {
             }
         }
         let Some(lines) = self.lines else { return };
-        for (column, mixed) in self.mixed.iter_mut().enumerate() {
-            let at = left + N * column;
-            *mixed |= i32::from((0..N).any(|row| lines.any(at, top + row, N)));
+        let mixed = &mut self.mixed;
+        for row in top..top + N {
+            lines.each(row, left..left + N * pixels, |column| mixed[(column - left) / N] = 1);
         }
     }
 

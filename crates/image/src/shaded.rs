@@ -73,8 +73,8 @@ impl<'a> Spheres<'a> {
         let index = id as usize;
         let lit = self.levels.sphere(index).expect("the ids were checked");
         let color = self.scene.color(index).expect("the ids were checked");
-        let factor = match (self.style.shade, self.columns.openness) {
-            (Shade::Soft { strength }, Some(openness)) => {
+        let factor = match (self.style.occlusion, self.columns.openness) {
+            (Some(strength), Some(openness)) => {
                 FULL - u32::from(strength) * u32::from(255 - openness[index])
             }
             _ => FULL,
@@ -89,7 +89,7 @@ struct Known {
     id: i32,
     lit: Lit,
     color: Linear,
-    /// `F`, unless it differs from sample to sample.
+    /// The part of `F` that openness makes.
     factor: u32,
 }
 
@@ -99,6 +99,7 @@ fn shaded(color: Linear, factor: u32) -> Linear {
     color.map(|value| (value * factor + FULL / 2) / FULL)
 }
 // Products fit.
+const _: () = assert!(FULL as u64 * FULL as u64 + (FULL / 2) as u64 <= u32::MAX as u64);
 const _: () = assert!(65535 * FULL as u64 + (FULL / 2) as u64 <= u32::MAX as u64);
 
 /// The spheres that a thread has met lately.
@@ -158,10 +159,11 @@ impl<'a> Cache<'a> {
                 let [whole, rest] = [255 * u32::from(ambient), 255 - u32::from(ambient)];
                 for (to, &level) in colors.iter_mut().zip(&*levels) {
                     let level = u32::from(level);
-                    *to = shaded(color, whole + rest * ((level * level + 127) / 255));
+                    let light = whole + rest * ((level * level + 127) / 255);
+                    *to = shaded(color, (light * factor + FULL / 2) / FULL);
                 }
             }
-            Shade::Flat | Shade::Soft { .. } => colors.fill(shaded(color, factor)),
+            Shade::Flat => colors.fill(shaded(color, factor)),
         }
         let Some(planes) = style.cue else { return };
         for (k, to) in (0..).zip(colors) {

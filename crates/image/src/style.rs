@@ -13,11 +13,6 @@ pub enum Shade {
         /// The part of the light that comes from everywhere, of 255.
         ambient: u8,
     },
-    /// By how open a sphere is to the space around.
-    Soft {
-        /// How much what is hidden is darkened, of 255.
-        strength: u8,
-    },
 }
 
 /// The space in which samples are averaged.
@@ -75,6 +70,8 @@ pub struct Style {
     pub space: Space,
     /// How spheres are shaded.
     pub shade: Shade,
+    /// How much spheres are darkened that are not open to the space around, of 255.
+    pub occlusion: Option<u8>,
     /// Two depths between which colours go over into the background's.
     pub cue: Option<[f64; 2]>,
     /// Lines.

@@ -24,6 +24,7 @@ mod hybrid;
 mod job;
 #[cfg(feature = "gpu")]
 mod on_wgpu;
+mod openness;
 #[cfg(feature = "parts")]
 mod parts;
 mod picture;

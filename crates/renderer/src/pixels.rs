@@ -1,6 +1,6 @@
 //! Pixels of a look that takes more than ids: samples are drawn piece by piece, and resolved.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use planisphere_core::{
     camera::{MAX_SIDE, Region, View},
@@ -15,10 +15,13 @@ use planisphere_image::{
     style::Style,
 };
 
-use crate::{Error, Request, engine::Engine, renderer::device_error};
+use crate::{Error, Request, engine::Engine, openness::openness, renderer::device_error};
 
-/// Samples that are drawn at a time, about.
-const SAMPLES: u32 = 4 << 20;
+/// Samples that are drawn at a time, about: few stay in the caches, and each time all spheres are
+/// looked at.
+const SAMPLES: [u32; 2] = [1 << 20, 4 << 20];
+/// Samples for each sphere, between these.
+const PER_SPHERE: usize = 8;
 /// A piece is of so many rows of samples, or a multiple, where it is not more than that: tiles are
 /// not cut.
 const TILE: u32 = 64;
@@ -43,6 +46,7 @@ pub(crate) struct Pixels<'a> {
     /// Bands of all that is drawn, and whether any was.
     bands: usize,
     begun: bool,
+    openness: Option<Arc<[u8]>>,
 }
 
 impl<'a> Pixels<'a> {
@@ -52,7 +56,7 @@ impl<'a> Pixels<'a> {
         let style = request.look.style(&of_pixels, &core.bounds());
         let view = style.samples(&of_pixels);
         let truth = Truth::new(&view, core.bounds());
-        let mut all = Self { request, style, view, truth, bands: 0, begun: false };
+        let mut all = Self { request, style, view, truth, bands: 0, begun: false, openness: None };
         let resolver = all.resolver();
         let pieces = all.pieces(request.region);
         all.bands = pieces.iter().map(|piece| cpu::bands(resolver.samples(*piece))).sum();
@@ -60,14 +64,26 @@ impl<'a> Pixels<'a> {
     }
 
     fn resolver(&self) -> Resolver<'_> {
-        Resolver::new(self.request.scene.core(), &self.truth, &self.style, Columns::default())
+        let columns = Columns { openness: self.openness.as_deref(), ..Columns::default() };
+        Resolver::new(self.request.scene.core(), &self.truth, &self.style, columns)
     }
 
-    /// Pieces of a region, of about [`SAMPLES`] samples each.
+    /// Finds what the look needs to know of the scene, before anything is drawn.
+    fn prepare(&mut self, engine: &mut Engine, control: &Control) -> Result<(), Error> {
+        if self.request.look.needs_openness() && self.openness.is_none() {
+            self.openness = Some(openness(engine, &self.request.scene, control)?);
+        }
+        Ok(())
+    }
+
+    /// Pieces of a region, of about as many samples each as [`SAMPLES`] has.
     fn pieces(&self, region: Region) -> Vec<Region> {
         let (n, around) = (self.view.per_pixel, 2 * self.view.margin);
         let across = region.width.min((MAX_SIDE - around) / n);
-        let rows = (SAMPLES / (across * n + around)).saturating_sub(around).max(1);
+        let [least, most] = SAMPLES;
+        let wanted = PER_SPHERE.saturating_mul(self.request.scene.core().len());
+        let samples = (wanted.min(most as usize) as u32).max(least);
+        let rows = (samples / (across * n + around)).saturating_sub(around).max(1);
         let rows = if rows >= TILE { rows / TILE * TILE } else { rows };
         let down = (rows / n).max(1);
         let mut pieces = Vec::new();
@@ -97,6 +113,10 @@ impl<'a> Pixels<'a> {
         ids: &mut [i32],
     ) -> Result<Spent, Error> {
         let mut spent = Spent::default();
+        let needs = self.request.look.needs_openness() && self.openness.is_none();
+        let middle = if needs { 0.5 } else { 0.0 };
+        self.prepare(engine, &control.part([0.0, middle]))?;
+        let control = &control.part([middle, 1.0]);
         let scene = &self.request.scene;
         let pieces = self.pieces(region);
         let mut part = Vec::new();

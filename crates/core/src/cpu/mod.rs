@@ -8,6 +8,7 @@
 //! is drawn again is put in order ([`crate::order`]): each tile then takes groups of neighbours,
 //! nearest first, until what it holds hides the rest.
 
+mod alike;
 mod paint;
 
 use std::{

@@ -13,7 +13,7 @@ use std::{
 
 use rayon::prelude::*;
 
-use super::{BLOCKS, LISTED, SIDE};
+use super::{BLOCKS, LISTED, SIDE, alike::Alike};
 use crate::{
     bins::{Binner, Entry, Grid, Item, Lists, Window, towards_eye},
     camera::Region,
@@ -333,6 +333,7 @@ impl Painter<'_> {
             depths,
             whole,
             drawn,
+            open: [u8::MAX; BLOCKS],
             sums,
             mode,
         };
@@ -340,6 +341,7 @@ impl Painter<'_> {
         let mut all = self.sums.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         all.tally += sums.tally;
         all.tests += sums.tests;
+        all.alike += sums.alike;
         all.entries += sums.entries;
     }
 }
@@ -350,6 +352,8 @@ pub(super) struct Sums {
     pub(super) tally: Tally,
     /// Pixels that spheres were tested at.
     pub(super) tests: u64,
+    /// Pixels of blocks that certainly show one sphere.
+    pub(super) alike: u64,
     /// Spheres that were tested at all.
     pub(super) entries: u64,
 }
@@ -357,6 +361,7 @@ pub(super) struct Sums {
 impl Sums {
     pub(super) fn add_to(self, counts: &mut Counts) {
         counts.tests += self.tests;
+        counts.alike += self.alike as usize;
         counts.undecided += self.tally.signs as usize;
         counts.small += self.tally.small as usize;
         counts.exact += self.tally.big as usize;
@@ -427,6 +432,8 @@ struct PaintTile<'a, M> {
     whole: Option<(&'a Canvas, i32)>,
     /// What was drawn since the tile is known to be crowded.
     drawn: Drawn,
+    /// A bit for each block of each row of blocks in which it is not known what is seen.
+    open: [u8; BLOCKS],
     sums: Sums,
     mode: PhantomData<M>,
 }
@@ -463,6 +470,9 @@ impl<M: Mode> PaintTile<'_, M> {
         place: &Place<'_>,
     ) {
         let Binner { projector, grid, .. } = self.painter.binner;
+        if !PERSPECTIVE && M::BOUNDS && self.whole.is_some() {
+            self.settle_blocks::<L>(lists.tile(grid, self.tile), place);
+        }
         for slab in 0..grid.slabs {
             let entries = lists.slab(grid, self.tile, slab);
             if entries.is_empty() {
@@ -486,6 +496,31 @@ impl<M: Mode> PaintTile<'_, M> {
                 self.freshen::<L, PERSPECTIVE>(place);
             }
         }
+    }
+
+    /// Finds blocks that show one sphere for certain: nothing is drawn there any more.
+    #[inline(always)]
+    fn settle_blocks<L: Lanes>(&mut self, entries: &[Entry], place: &Place<'_>) {
+        let Binner { projector, .. } = self.painter.binner;
+        let [columns, rows] = place.samples();
+        let pitch = (columns[1] - columns[0]).abs();
+        let worth = |entry: &Entry| 2.0 * entry.sphere.r > Alike::WORTH * pitch;
+        if !entries.iter().any(worth) {
+            return;
+        }
+        let mut alike = Alike::new(columns, rows);
+        for entry in entries.iter().filter(|entry| self.without != Some(entry.index.0)) {
+            let Entry { sphere, index, window } = entry;
+            let certain = sphere.r >= projector.screen.plain && !projector.cuts(sphere);
+            alike.add::<L>(*index, sphere, *window, &projector.screen, certain);
+        }
+        for ([column, row], id) in alike.found() {
+            self.state.settle_block([column, row], id);
+            self.depths.blocks[row * BLOCKS + column] = f64::NEG_INFINITY;
+            self.open[row] &= !(1 << column);
+            self.sums.alike += (BLOCK * BLOCK) as u64;
+        }
+        self.depths.farthest = self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     }
 
     /// Where very many spheres are listed, the one that begins nearest: where they all but
@@ -599,16 +634,29 @@ impl<M: Mode> PaintTile<'_, M> {
         }
         let [left, right, top, bottom] = entry.window.map(usize::from);
         self.sums.entries += 1;
-        self.sums.tests += ((right / LANES - left / LANES + 1) * LANES * (bottom - top + 1)) as u64;
         let Entry { sphere, index, .. } = entry;
-        self.state.draw::<L, PERSPECTIVE, M>(
-            place,
-            *index,
-            sphere,
-            cut,
-            [left, right],
-            top..bottom + 1,
-        );
+        if self.open == [u8::MAX; BLOCKS] {
+            let (across, down) = ([left, right], top..bottom + 1);
+            self.sums.tests +=
+                ((right / LANES - left / LANES + 1) * LANES * (bottom - top + 1)) as u64;
+            self.state.draw::<L, PERSPECTIVE, M>(place, *index, sphere, cut, across, down);
+            return;
+        }
+        let window = (u8::MAX >> (BLOCKS - 1 - right / BLOCK)) & (u8::MAX << (left / BLOCK));
+        for row in top / BLOCK..=bottom / BLOCK {
+            let mut open = self.open[row] & window;
+            let down = top.max(row * BLOCK)..bottom.min(row * BLOCK + BLOCK - 1) + 1;
+            // Blocks side by side at once.
+            while open != 0 {
+                let first = open.trailing_zeros() as usize;
+                let count = (open >> first).trailing_ones() as usize;
+                open &= !(u8::MAX >> (BLOCKS - count) << first);
+                let across = [left.max(first * BLOCK), right.min((first + count) * BLOCK - 1)];
+                self.sums.tests += (count * BLOCK * down.len()) as u64;
+                let (index, down) = (*index, down.clone());
+                self.state.draw::<L, PERSPECTIVE, M>(place, index, sphere, cut, across, down);
+            }
+        }
     }
 
     /// Where spheres all but coincide: whether those that were drawn before hide this one. If not,
