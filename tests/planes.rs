@@ -87,11 +87,12 @@ impl Case {
     fn hit(&self, side: u32, [column, row]: [u32; 2], wall: Root) -> (Vector, Vector) {
         let ScreenSize::Height(height) = self.camera.size else { unreachable!("it has a height") };
         let place = |at: u32| {
-            RBig::from_parts((2 * IBig::from(at) + 1 - IBig::from(side)).into(), (2 * side).into())
+            let odd = 2 * i64::from(at) + 1 - i64::from(side);
+            RBig::from_parts(IBig::from(odd), UBig::from(2 * side))
         };
         let (sx, sy) = (place(column) * exact(height), -place(row) * exact(height));
         let fifths = |x: i32, y: i32, z: i32| {
-            [x, y, z].map(|part| RBig::from_parts(part.into(), UBig::from(5u8)))
+            [x, y, z].map(|part| RBig::from_parts(IBig::from(part), UBig::from(5u8)))
         };
         let (right, up, forward) = (fifths(4, -3, 0), fifths(0, 0, 5), fifths(3, 4, 0));
         let on_screen = along(&[RBig::ZERO, RBig::ZERO, RBig::ZERO], &sx, &right);
