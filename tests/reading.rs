@@ -260,7 +260,9 @@ fn scene_files_name_files() {
 fn a_camera_that_is_typed_is_that_of_a_scene_file() {
     let folder = folder();
     let scene = |camera: &str| {
-        let text = format!("[camera]\n{camera}\n[[spheres]]\nfile = 'run.xyz'\n");
+        // Particles alone are matte.
+        let image = "[image]\nlook = 'matte'\n";
+        let text = format!("[camera]\n{camera}\n{image}[[spheres]]\nfile = 'run.xyz'\n");
         fs::write(folder.path().join("c.toml"), text).unwrap();
         picture(folder.path(), &["c.toml"])
     };
