@@ -222,7 +222,8 @@ fn standard_input_is_a_file_of_any_format() {
 fn scene_files_name_files() {
     let folder = folder();
     let scene = |keys: &str| {
-        let text = format!("[[spheres]]\nfile = 'run.xyz'\n{keys}\n");
+        // Particles alone are matte.
+        let text = format!("[image]\nlook = 'matte'\n[[spheres]]\nfile = 'run.xyz'\n{keys}\n");
         fs::write(folder.path().join("s.toml"), text).unwrap();
         picture(folder.path(), &["s.toml"])
     };
