@@ -34,7 +34,7 @@ const SPHERES: &str = "[[sphere]]\ncenter = [0, 0, 0]\nradius = 2\ncolor = \"#ff
 
 /// Numbers that are no short decimals.
 const CAMERA: &str = "[camera]\nprojection = \"perspective\"\n\
-    origin = [-9.123456789012345, 0.1, 5e-324]\nview = [1, 0.30000000000000004, 0]\n\
+    origin = [-9.123456789012344, 0.1, 5e-324]\nview = [1, 0.30000000000000004, 0]\n\
     up = [0.1, 0, 3]\nfov = 33.3\nnear = 0.7\nfar = 1e3\n";
 
 /// A folder with a scene, and one of the same spheres without a camera.
@@ -80,7 +80,7 @@ fn a_picture_gives_its_camera_back() {
     }
     let found = info(at, "a.png");
     let camera = found["camera"].as_str().unwrap();
-    for number in ["-9.123456789012345", "5e-324", "0.30000000000000004", "far = 1000.0"] {
+    for number in ["-9.123456789012344", "5e-324", "0.30000000000000004", "far = 1000.0"] {
         assert!(camera.contains(number), "{camera}");
     }
     // The table is one of a scene file.
@@ -93,13 +93,9 @@ fn a_picture_gives_its_camera_back() {
     assert_eq!(fs::read(at.join("d.png")).unwrap(), fs::read(at.join("e.png")).unwrap());
 
     succeed(at, &["render", "s.toml", "-o", "bare.png", "--no-metadata"]);
-    fail(at, &["render", "bare.toml", "--camera", "bare.png"], "does not say from where");
+    fail(at, &["render", "s.toml", "--camera", "bare.png"], "does not say from where");
     fs::write(at.join("cut.png"), &fs::read(at.join("a.png")).unwrap()[..99]).unwrap();
-    fail(
-        at,
-        &["render", "bare.toml", "--camera", "cut.png"],
-        "cut.png: is a PNG that is cut short",
-    );
+    fail(at, &["render", "s.toml", "--camera", "cut.png"], "cut.png: is a PNG that is cut short");
     fail(at, &["info", "cut.png"], "cut short");
     fail(at, &["info", "a.png", "--frame", "1"], "is a picture");
 }

@@ -87,11 +87,12 @@ impl Case {
     fn hit(&self, side: u32, [column, row]: [u32; 2], wall: Root) -> (Vector, Vector) {
         let ScreenSize::Height(height) = self.camera.size else { unreachable!("it has a height") };
         let place = |at: u32| {
-            RBig::from_parts((2 * IBig::from(at) + 1 - IBig::from(side)).into(), (2 * side).into())
+            let odd = 2 * i64::from(at) + 1 - i64::from(side);
+            RBig::from_parts(IBig::from(odd), UBig::from(2 * side))
         };
         let (sx, sy) = (place(column) * exact(height), -place(row) * exact(height));
         let fifths = |x: i32, y: i32, z: i32| {
-            [x, y, z].map(|part| RBig::from_parts(part.into(), UBig::from(5u8)))
+            [x, y, z].map(|part| RBig::from_parts(IBig::from(part), UBig::from(5u8)))
         };
         let (right, up, forward) = (fifths(4, -3, 0), fifths(0, 0, 5), fifths(3, 4, 0));
         let on_screen = along(&[RBig::ZERO, RBig::ZERO, RBig::ZERO], &sx, &right);
@@ -170,8 +171,8 @@ fn succeed(folder: &Path, args: &[&str]) {
     assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-const SCENE: &str = "[camera]\nprojection = \"perspective\"\norigin = [-9, 1, 2]\nview = [1, 0, 0]\n\
-    fov = 30\n[image]\nwidth = 45\nheight = 37\nbackground = \"#102030\"\n\
+const SCENE: &str = "[camera]\nprojection = \"perspective\"\norigin = [-9, 1, 2]\n\
+    view = [1, 0, 0]\nfov = 30\n[image]\nwidth = 45\nheight = 37\nbackground = \"#102030\"\n\
     [[sphere]]\ncenter = [0, 0, 0]\nradius = 2\ncolor = \"#ff8000\"\n\
     [[sphere]]\ncenter = [1, 2, 2]\nradius = 1.5\ncolor = \"#0080ff\"\n";
 

@@ -44,8 +44,10 @@ fn said(folder: &Path, args: &[&str]) -> String {
 
 /// A picture of 120 pixels a side.
 fn picture(folder: &Path, args: &[&str]) -> Vec<u8> {
-    // Scene files are flat without, and files of particles are not.
-    let common = ["-o", "out.png", "--size", "120x120", "--device", "cpu", "--look", "flat"];
+    // Scene files are flat without, and files of particles are not; the options differ.
+    let flat = ["--look", "flat", "--no-metadata"];
+    let common = ["-o", "out.png", "--size", "120x120", "--device", "cpu"];
+    let common = [&common[..], &flat].concat();
     said(folder, &[&["render"], args, &common[..]].concat());
     fs::read(folder.join("out.png")).expect("a picture")
 }
@@ -206,7 +208,7 @@ fn standard_input_is_a_file_of_any_format() {
     let from_file = picture(folder.path(), &["run.xyz"]);
     let mut child = Command::new(env!("CARGO_BIN_EXE_planisphere"))
         .args(["render", "-", "-o", "in.png", "--size", "120x120", "--device", "cpu"])
-        .args(["--look", "flat"])
+        .args(["--look", "flat", "--no-metadata"])
         .current_dir(folder.path())
         .stdin(Stdio::piped())
         .stderr(Stdio::null())
@@ -222,7 +224,8 @@ fn standard_input_is_a_file_of_any_format() {
 fn scene_files_name_files() {
     let folder = folder();
     let scene = |keys: &str| {
-        let text = format!("[[spheres]]\nfile = 'run.xyz'\n{keys}\n");
+        // Particles alone are matte.
+        let text = format!("[image]\nlook = 'matte'\n[[spheres]]\nfile = 'run.xyz'\n{keys}\n");
         fs::write(folder.path().join("s.toml"), text).unwrap();
         picture(folder.path(), &["s.toml"])
     };
@@ -260,7 +263,9 @@ fn scene_files_name_files() {
 fn a_camera_that_is_typed_is_that_of_a_scene_file() {
     let folder = folder();
     let scene = |camera: &str| {
-        let text = format!("[camera]\n{camera}\n[[spheres]]\nfile = 'run.xyz'\n");
+        // Particles alone are matte.
+        let image = "[image]\nlook = 'matte'\n";
+        let text = format!("[camera]\n{camera}\n{image}[[spheres]]\nfile = 'run.xyz'\n");
         fs::write(folder.path().join("c.toml"), text).unwrap();
         picture(folder.path(), &["c.toml"])
     };

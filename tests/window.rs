@@ -226,7 +226,7 @@ impl Viewer {
             (self.folder.path().join("again.toml"), self.folder.path().join("again.png"));
         fs::write(&scene, format!("{camera}{IMAGE}{SPHERES}")).unwrap();
         let ended = planisphere()
-            .args(["render", "--device", "cpu"])
+            .args(["render", "--device", "cpu", "--no-metadata"])
             .args([&scene, Path::new("-o"), &out])
             .args(arguments)
             .output()

@@ -335,7 +335,8 @@ fn checked(mut sinks: Sinks, text: bool) -> Result<Sinks, Failure> {
                 "--depth16 is for PNG and TIFF; OpenEXR has 32 bits a channel: leave it out".into()
             }
             Some(_) => format!(
-                "--depth16: {} has 8 bits a channel; name the picture .png or .tif, or leave it out",
+                "--depth16: {} has 8 bits a channel; name the picture .png or .tif, or leave it \
+                 out",
                 sinks.kind.name()
             ),
         };

@@ -136,9 +136,9 @@ const USED: [f64; 2] = [1e-290, 1e290];
 
 /// Where the hits of the ids of a region lie, in the world; NaN where the id is -1.
 ///
-/// Each coordinate is the nearest f32 of a number that is within [`POINT_ERROR`] of the exact one, as
-/// a part of the greatest length on the way: from the world's origin to the camera's, and from there
-/// to the hit. Beyond f32 it is the largest.
+/// Each coordinate is the nearest f32 of a number that is within [`POINT_ERROR`] of the exact one,
+/// as a part of the greatest length on the way: from the world's origin to the camera's, and from
+/// there to the hit. Beyond f32 it is the largest.
 ///
 /// # Errors
 /// As [`depths`].
@@ -157,12 +157,12 @@ pub fn positions(
 }
 
 /// Unit vectors from the spheres' centres to the hits of the ids of a region, in the world: they
-/// point outward, also on inner walls. Zeros where the id is -1, and where f64 do not tell the point
-/// from the centre.
+/// point outward, also on inner walls. Zeros where the id is -1, and where f64 do not tell the
+/// point from the centre.
 ///
-/// A vector is within `2^-22 + 2 POINT_ERROR L / r` of the exact one, with the sphere's radius r and
-/// the greatest length L on the way: from the centre to the camera's origin, and from there to the
-/// hit. For spheres whose radius is more than 2^-14 of that it is within 2^-21.
+/// A vector is within `2^-22 + 2 POINT_ERROR L / r` of the exact one, with the sphere's radius r
+/// and the greatest length L on the way: from the centre to the camera's origin, and from there to
+/// the hit. For spheres whose radius is more than 2^-14 of that it is within 2^-21.
 ///
 /// # Errors
 /// As [`depths`].

@@ -349,8 +349,8 @@ impl Look {
         self.background
     }
 
-    /// The options of the command line that make this look of the usual one, which is flat on black:
-    /// each word for itself.
+    /// The options of the command line that make this look of the usual one, which is flat on
+    /// black: each word for itself.
     pub fn options(&self) -> Vec<String> {
         let mut words = Vec::new();
         let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);

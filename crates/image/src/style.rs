@@ -46,8 +46,7 @@ pub struct Outline {
     pub color: [u8; 3],
     /// Where.
     pub between: Between,
-    /// How far apart two distances must be, in world units; the radius of the nearer sphere
-    /// without.
+    /// How far apart two distances must be, in world units; the nearer sphere's radius without.
     pub jump: Option<f64>,
 }
 

@@ -6,9 +6,9 @@ use planisphere_io::camera;
 
 use crate::subject::Subject;
 
-/// What pictures say of themselves in formats that hold texts (PNG and OpenEXR), beside the program,
-/// the camera and the options of the size, the region and the look. No names of files and no dates:
-/// the same picture has the same bytes everywhere.
+/// What pictures say of themselves in formats that hold texts (PNG and OpenEXR), beside the
+/// program, the camera and the options of the size, the region and the look. No names of files and
+/// no dates: the same picture has the same bytes everywhere.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Metadata {

@@ -434,7 +434,7 @@ impl Planes<'_> {
         spent: &mut Report,
         told: &mut dyn FnMut(Step),
     ) -> Result<(), Error> {
-        if !self.arrays.is_empty() {
+        if self.arrays.iter().any(|array| array.data != Data::Ids) {
             told(Step::Depths);
         }
         let ids = Arc::new(Plane(ids));
@@ -555,7 +555,7 @@ impl<'a> Colors<'a> {
         }
         #[cfg(feature = "exr")]
         if kind == Kind::Exr {
-            return Ok(Self { target, form: Form::Exr(Exr::begin(target, sink, about.text)) });
+            return Ok(Self { target, form: Form::Exr(Exr::begin(target, sink, &about)) });
         }
         let form = if kind == Kind::Png && !shaded {
             let rows = PngRows::new(sink, &about, subject.paint());

@@ -5,7 +5,10 @@ use std::{io::Write, sync::Arc, time::Instant};
 
 use planisphere_core::{camera::Region, depth};
 #[cfg(feature = "exr")]
-use planisphere_io::picture::exr::{Channel, write_exr};
+use planisphere_io::picture::{
+    About,
+    exr::{Channel, write_exr},
+};
 use planisphere_io::{
     npy::{self, Archive, Plane},
     output::{Shared, Sink, Target},
@@ -107,7 +110,7 @@ fn named(subject: &Subject, ids: &Arc<Plane<i32>>) -> Shared {
 pub(crate) struct Array<'a> {
     target: &'a Target,
     pub sink: Sink,
-    data: Data,
+    pub data: Data,
 }
 
 impl<'a> Array<'a> {
@@ -187,8 +190,11 @@ pub(crate) struct Exr<'a> {
 #[cfg(feature = "exr")]
 impl<'a> Exr<'a> {
     /// Begins the picture.
-    pub fn begin(target: &'a Target, sink: &'a mut Sink, text: &'a [(String, String)]) -> Self {
-        Self { target, sink, text, pixels: Vec::new(), ids: Vec::new() }
+    pub fn begin(target: &'a Target, sink: &'a mut Sink, about: &About<'a>) -> Self {
+        let [width, height] = about.size.map(|side| side as usize);
+        let (pixels, ids) =
+            (Vec::with_capacity(width * height), Vec::with_capacity(width * height));
+        Self { target, sink, text: about.text, pixels, ids }
     }
 
     /// Takes the next pixels.

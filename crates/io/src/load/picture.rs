@@ -58,7 +58,7 @@ pub(super) fn camera(path: &Path) -> Result<Option<String>, LoadError> {
         LoadError::of_file(
             &text::name(path),
             "is a picture that does not say from where it was drawn",
-            "name one that `planisphere render` has written, without --no-metadata, or a scene file",
+            "name one that `planisphere render` has written without --no-metadata, or a scene",
         )
     })
 }
