@@ -172,6 +172,15 @@ const STRANGE: [f64; 16] = [
 ];
 
 #[test]
+fn a_camera_turns_about_a_line() {
+    let camera = Camera::orthographic([5.0, 2.0, 1.0], [-1.0, 0.0, 0.0], 4.0).unwrap();
+    let turned = |part| camera.turned([1.0, 2.0, 3.0], [0.0, 0.0, 0.5], part, 4).unwrap();
+    assert_eq!((turned(1).eye(), turned(1).direction()), ([1.0, 6.0, 1.0], [0.0, -1.0, 0.0]));
+    assert_eq!((turned(2).eye(), turned(2).direction()), ([-3.0, 2.0, 1.0], [1.0, 0.0, 0.0]));
+    assert_eq!((turned(0), turned(4)), (camera, camera));
+}
+
+#[test]
 fn what_has_no_picture_is_an_error() {
     let camera = Camera::orthographic([0.0; 3], [1.0, 0.0, 0.0], 4.0).unwrap();
     let nan = [0.0, f64::NAN, 0.0];
@@ -199,6 +208,11 @@ fn what_has_no_picture_is_an_error() {
     for (near, far) in [(3.0, 2.0), (2.0, 2.0), (-1.0, 2.0), (f64::NAN, 2.0), (0.0, f64::NAN)] {
         assert_eq!(field(camera.clip(near..far)), "clip", "{near} {far}");
     }
+    assert_eq!(field(camera.turned(nan, x, 1, 4)), "about");
+    assert_eq!(field(camera.turned([0.0; 3], [0.0; 3], 1, 4)), "axis");
+    assert_eq!(field(camera.turned([0.0; 3], inf, 1, 4)), "axis");
+    assert_eq!(field(camera.turned([0.0; 3], x, 1, 0)), "of");
+    assert_eq!(field(camera.turned([f64::MAX, 0.0, 0.0], [0.0, 0.0, 1.0], 1, 2)), "origin");
     for height in [0.0, -4.0, f64::INFINITY, f64::NAN] {
         assert_eq!(field(Camera::orthographic([0.0; 3], x, height)), "height");
         assert_eq!(field(Camera::perspective([0.0; 3], x, height)), "fov");

@@ -55,6 +55,19 @@ impl AboutArgs {
     }
 }
 
+impl AboutArgs {
+    /// Refuses what an animation does not hold.
+    pub fn refuse_for_animation(&self) -> Result<(), Failure> {
+        match self.dpi {
+            None => Ok(()),
+            Some(_) => Err(Failure::Usage(
+                "--dpi is for print, and an animation for screens; leave it out, or write pictures"
+                    .into(),
+            )),
+        }
+    }
+}
+
 fn parse_dpi(typed: &str) -> Result<f64, String> {
     let value = typed.parse().ok().filter(|dpi: &f64| (1.0..=65535.0).contains(dpi));
     value.ok_or_else(|| "write a number from 1 to 65535, such as 300".into())

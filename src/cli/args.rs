@@ -495,7 +495,10 @@ impl RenderArgs {
         let sequence = self.sequence.request(&mut sinks, self.stats)?;
         let moves = sequence.as_ref().is_some_and(Sequence::moves);
         let mut sinks = checked(sinks, self.stats || moves)?;
-        self.about.apply(&mut sinks, self.reading.words())?;
+        match moves {
+            true => self.about.refuse_for_animation()?,
+            false => self.about.apply(&mut sinks, self.reading.words())?,
+        }
         let Self { scene, explain, picture, stats, reading, camera, .. } = self;
         Ok(RenderRequest { scene, sinks, explain, picture, stats, reading, camera, sequence })
     }

@@ -183,10 +183,8 @@ impl Input<'_> {
     pub fn load(&self) -> Result<(Loaded, Request), Failure> {
         let control = Control::new();
         let progress = Progress::of("loading", &control);
-        let asked = self.request(
-            self.reading.load(self.scene, self.picture.look.outline_by(), &control)?,
-            None,
-        )?;
+        let by = self.picture.look.outline_by();
+        let asked = self.request(self.reading.load(self.scene, by, &control)?, None)?;
         drop(progress);
         Ok(asked)
     }

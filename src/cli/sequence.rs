@@ -24,6 +24,7 @@ use super::{
     ends::Ends,
     frames::{Frames, parse_frames},
     progress::Progress,
+    reading::ReadingArgs,
     render::{check_memory, explain, say_device},
     say,
     template::Template,
@@ -31,6 +32,7 @@ use super::{
 };
 use planisphere_io::{
     output::{Target, commit},
+    particles::Frame,
     picture::{
         About, UnknownEnding,
         animation::{Animation, Moving},
@@ -112,8 +114,8 @@ pub(super) struct Sequence {
     what: What,
     fps: Fps,
     resume: bool,
-    /// Of the picture, ids, depths and part.
-    names: [Option<Template>; 4],
+    /// Of each plane.
+    names: [Option<Template>; PLANES],
     /// One file that has all pictures.
     moving: Option<(Target, Moving)>,
 }
@@ -134,12 +136,18 @@ pub(super) fn unmoved(path: &Path, error: &UnknownEnding) -> Failure {
     })
 }
 
-/// Where each plane of a picture goes, with its option.
-fn planes(sinks: &mut Sinks) -> [(&'static str, &mut Option<Target>); 4] {
+/// Planes of a picture, each of which has its own files.
+const PLANES: usize = 7;
+
+/// Where each of them goes, with its option; the picture itself comes first.
+fn planes(sinks: &mut Sinks) -> [(&'static str, &mut Option<Target>); PLANES] {
     [
         ("-o", &mut sinks.picture),
         ("--ids", &mut sinks.ids),
         ("--depth", &mut sinks.depth),
+        ("--normals", &mut sinks.normals),
+        ("--positions", &mut sinks.positions),
+        ("--planes", &mut sinks.planes),
         ("--visibility", &mut sinks.part),
     ]
 }
@@ -171,7 +179,7 @@ impl SequenceArgs {
             _ => 30,
         };
         let fps = fps.unwrap_or(Fps::whole(usual));
-        let mut names = [const { None }; 4];
+        let mut names = [const { None }; PLANES];
         for ((option, target), name) in planes(sinks).into_iter().zip(&mut names) {
             let Some(typed) = target else { continue };
             let template = template(option, typed)?;
@@ -223,6 +231,9 @@ impl SequenceArgs {
         if sinks.palette {
             return usage("--palette is for PNG; leave it out, or name pictures .png");
         }
+        if sinks.depth16 {
+            return usage("--depth16 is for PNG and TIFF; leave it out, or name pictures .png");
+        }
         const FASTEST: u16 = 50;
         if let Some(fps) = self.fps.filter(|fps| kind == Moving::Gif && fps.is_above(FASTEST)) {
             return usage(format!(
@@ -260,9 +271,13 @@ impl Sequence {
         self.moving.is_some()
     }
 
-    /// Where the planes of a picture go.
-    fn sinks(&self, of_first: &Sinks, number: usize) -> Sinks {
-        let mut sinks = of_first.clone();
+    /// Where the planes of a picture go, and what it says of itself.
+    fn sinks(&self, asked: &RenderRequest, number: usize) -> Sinks {
+        let mut sinks = asked.sinks.clone();
+        if let (What::Frames(_), Some(metadata)) = (self.what, &mut sinks.metadata) {
+            let frame = Some(Frame::FromFirst(number));
+            metadata.options = ReadingArgs { frame, ..asked.reading.clone() }.words();
+        }
         for ((_, target), template) in planes(&mut sinks).into_iter().zip(&self.names) {
             *target = template.as_ref().map(|template| Target::File(template.name(number)));
         }
@@ -305,7 +320,7 @@ pub(super) fn run(asked: &RenderRequest, sequence: &Sequence) -> Result<(), Fail
     let moving = sequence.moving.iter().map(|(target, _)| ("-o", target));
     ends(asked, moving.clone().chain(named(&asked.sinks)), &[]).check()?;
     let pictures = Pictures::open(asked, sequence)?;
-    let of = |number: &usize| sequence.sinks(&asked.sinks, *number);
+    let of = |number: &usize| sequence.sinks(asked, *number);
     let sinks: Vec<Sinks> = pictures.numbers.iter().map(of).collect();
     ends(asked, moving.chain(sinks.iter().flat_map(named)), &pictures.files).check()?;
 
@@ -498,8 +513,9 @@ mod tests {
         };
         let (sequence, sinks) = request(&turn(), "a-{frame:02}.png").unwrap();
         assert_eq!(sinks.picture, Some(Target::File("a-00.png".into())));
-        let third = sequence.expect("several").sinks(&sinks, 3);
-        assert_eq!(third.picture, Some(Target::File("a-03.png".into())));
+        let names = sequence.expect("several").names;
+        let name = names[0].as_ref().map(|template| template.name(3));
+        assert_eq!(name, Some(PathBuf::from("a-03.png")));
         let (sequence, sinks) = request(&turn(), "a.GIF").unwrap();
         assert!(sequence.expect("several").moves() && sinks.picture.is_none());
         let resumed = SequenceArgs { resume: true, ..turn() };

@@ -74,7 +74,8 @@ pub fn turned(camera: Camera, about: DVec3, axis: DVec3, part: u32, of: u32) -> 
     let turned = |vector: DVec3| {
         // What lies along the axis stays; of an axis of the world that is exact.
         let along = vector.dot(axis) * axis;
-        along + cos * (vector - along) + sin * axis.cross(vector)
+        // The last sum turns -0 into 0.
+        along + cos * (vector - along) + sin * axis.cross(vector) + DVec3::ZERO
     };
     // Squares of extreme numbers leave the range of f64.
     let direction = |vector: DVec3| turned(vector / vector.abs().max_element());

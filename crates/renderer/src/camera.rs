@@ -179,9 +179,9 @@ impl Camera {
         Self::checked(camera::Camera { origin, view, ..self.0 }).unwrap_or(self)
     }
 
-    /// Turned by `part / of` of a whole turn about the line through a point along `axis`, from whose
-    /// tip it goes counterclockwise: a turntable of `of` pictures. It stays as far away, and clip
-    /// distances stay; the numbers are the same on every machine.
+    /// Turned by `part / of` of a whole turn about the line through a point along `axis`, from
+    /// whose tip it goes counterclockwise: a turntable of `of` pictures. It stays as far away, and
+    /// clip distances stay; the numbers are the same on every machine.
     ///
     /// # Errors
     /// When `of` is 0, the axis is zero or not finite, or numbers leave the range of `f64`.

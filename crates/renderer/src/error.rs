@@ -42,7 +42,8 @@ pub enum Error {
     Changing,
     /// Numbers are no camera.
     Camera {
-        /// Which of them: `origin`, `view`, `up`, `width`, `height`, `fov` or `clip`.
+        /// Which of them: `origin`, `view`, `up`, `width`, `height`, `fov` or `clip`; of a turn
+        /// `about`, `axis` or `of`.
         field: &'static str,
         /// Why not, and the fix.
         words: String,

@@ -53,6 +53,7 @@ impl<'a> Pictures<'a> {
             }
             What::Frames(frames) => {
                 let (control, mut options) = (Control::new(), reading.options());
+                options.outline_by = picture.look.outline_by().map(Into::into);
                 let progress = Progress::of("loading", &control);
                 let Opened::Particles(file) = load::open(scene, &options, &control)? else {
                     return Err(Failure::Usage(
