@@ -131,6 +131,7 @@ impl Default for Effort {
 
 /// What came of a picture.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
 pub enum Answer {
     /// It was drawn, but for these regions, of which a good part was left over by the filter: their
     /// ids are not settled, and the native device draws them sooner than they could be decided.

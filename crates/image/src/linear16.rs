@@ -33,7 +33,7 @@ impl std::fmt::Debug for Encoder16 {
 
 /// A product of numbers from 0 to 1.
 fn times(a: u128, b: u128) -> u128 {
-    a * b >> FINE
+    (a * b) >> FINE
 }
 
 /// `w^(2/5)`, by Newton's method from a number that is not 0 on.
@@ -62,7 +62,7 @@ fn edges() -> Box<[u64]> {
         }
         let w = (u128::from(1000 * odd + 55 * DOUBLE) << FINE) / u128::from(1055 * DOUBLE);
         last = root(w, last);
-        (times(times(w, w), last) * u128::from(WHITE) >> (FINE - PLACES)) as u64
+        ((times(times(w, w), last) * u128::from(WHITE)) >> (FINE - PLACES)) as u64
     };
     (0..=u64::from(WHITE)).map(edge).collect()
 }
