@@ -245,3 +245,36 @@ fn zipped(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
     let status = zip.compress_vec(&laid, &mut zipped, FlushCompress::Finish)?;
     Ok(if status == Status::StreamEnd && zipped.len() < bytes.len() { zipped } else { bytes })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_vectors_are_channels() {
+        let size = [5, 40];
+        let number = |k: usize| (k * k % 997) as f32 / 7.0;
+        let threes: Vec<[f32; 3]> = (0..200).map(|k| [k, k + 1, k + 2].map(number)).collect();
+        let fours: Vec<[f32; 4]> = (0..200).map(|k| [k, 2 * k, 3 * k, 1].map(number)).collect();
+        let ids: Vec<i32> = (0..200).map(|k| k % 7 - 1).collect();
+        let whole = |at: usize| threes.iter().map(|three| three[at]).collect::<Vec<f32>>();
+        let (z, g) = (whole(2), fours.iter().map(|four| four[1]).collect::<Vec<f32>>());
+        let numbers: Vec<u32> = ids.iter().map(|&id| id as u32).collect();
+        let write = |channels: &[(&str, Channel)]| {
+            let mut out = Vec::new();
+            write_exr(&mut out, size, channels, &[]).unwrap();
+            out
+        };
+        let parts = write(&[
+            ("G", Channel::Of4(&fours, 1)),
+            ("normal.Z", Channel::Of3(&threes, 2)),
+            ("id", Channel::Ids(&ids)),
+        ]);
+        let alone = write(&[
+            ("G", Channel::F32(&g)),
+            ("normal.Z", Channel::F32(&z)),
+            ("id", Channel::U32(&numbers)),
+        ]);
+        assert!(parts == alone && numbers.contains(&u32::MAX));
+    }
+}
