@@ -84,6 +84,11 @@ impl LookArgs {
         self.outline_by.as_deref().filter(|by| !matches!(*by, "jump" | "sphere"))
     }
 
+    /// Whether nothing was typed of what a look is at first.
+    pub fn is_usual(&self) -> bool {
+        self.look.is_none() && self.aa.is_none()
+    }
+
     /// Puts what was typed in place of what a look is.
     pub fn apply(&self, mut look: Look) -> Result<Look, LookError> {
         if let Some(name) = &self.look {

@@ -21,7 +21,7 @@ use planisphere_io::{
 #[cfg(feature = "gpu")]
 use planisphere_renderer::PassedOver;
 use planisphere_renderer::{
-    Camera, Error, Plan, Region, Renderer, Request, Scene,
+    Camera, Error, Look, Plan, Region, Renderer, Request, Scene,
     files::{Report, Step},
     report::Counts,
 };
@@ -106,6 +106,10 @@ pub(super) fn run(asked: &RenderRequest, start: Instant) -> Result<(), Failure> 
     loaded.files.iter().for_each(|path| ends.reads(path));
     ends.check()?;
     say_read(&loaded);
+    if !loaded.understood.is_empty() && loaded.look == Look::matte() && picture.look.is_usual() {
+        let words = request.drawn_look().words();
+        say(&format!("look: {words} (--look and --aa choose another)"));
+    }
     times.load = milliseconds(step);
 
     let (step, progress) = (Instant::now(), Progress::step("starting the device"));

@@ -344,6 +344,23 @@ impl Look {
         !shaded && !more && self.samples() == 1
     }
 
+    /// What is done, in words: the look, its samples, and what it adds.
+    pub fn words(&self) -> String {
+        let mut words = match self.samples() {
+            1 => format!("{}, one sample a pixel", self.name()),
+            n => format!("{}, {n} x {n} samples a pixel", self.name()),
+        };
+        let cue = self.cue().map(|_| "a depth cue");
+        let lines = self.lines().map(|_| "lines");
+        let open = self.needs_openness().then_some("openness of spheres");
+        let clear = self.transparent.then_some("a transparent background");
+        for more in [open, lines, cue, clear].into_iter().flatten() {
+            words += ", ";
+            words += more;
+        }
+        words
+    }
+
     /// The colour where there is no sphere, sRGB.
     pub fn behind(&self) -> [u8; 3] {
         self.background

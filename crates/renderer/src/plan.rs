@@ -104,6 +104,8 @@ pub struct Plan {
     /// The device in words, and why it was taken.
     device: String,
     spheres: usize,
+    /// What it looks like.
+    look: String,
     /// The whole image.
     image: ImageSize,
     /// What is drawn of it.
@@ -163,6 +165,7 @@ impl Renderer {
             device,
             spheres,
             image: view.image,
+            look: request.look.words(),
             region,
             projection: view.camera.projection,
             planes: [view.camera.near, view.camera.far],
@@ -268,6 +271,7 @@ fn lines(facts: &Plan) -> Vec<(&'static str, String)> {
         ),
     };
     lines.push(("picture", format!("{} x {} pixels{part}", image.width, image.height)));
+    lines.push(("look", facts.look.clone()));
     lines.push(("device", facts.device.clone()));
     if *spheres == 0 {
         lines.push((
@@ -435,6 +439,7 @@ mod tests {
             device: "cpu".into(),
             spheres: 100,
             image,
+            look: "flat, one sample a pixel".into(),
             region: Region::whole(image),
             projection: Projection::Orthographic,
             planes: [0.0, f64::INFINITY],

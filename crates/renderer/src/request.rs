@@ -104,6 +104,11 @@ impl Request {
         self.size
     }
 
+    /// What it looks like.
+    pub fn drawn_look(&self) -> &Look {
+        &self.look
+    }
+
     /// The part of it that is drawn.
     pub fn drawn_region(&self) -> Region {
         self.region
