@@ -69,6 +69,8 @@ struct Milliseconds {
     render: f64,
     read_back: f64,
     decide: f64,
+    /// Samples to pixels, for looks that are more than colours of ids.
+    shade: f64,
     /// The depth plane, and the bounds of the distances that merging needs.
     depth: f64,
     /// Ids to colours to PNG, arrays to bytes.
@@ -235,10 +237,11 @@ pub(super) fn doing(step: Step) -> &'static str {
 
 impl Milliseconds {
     /// Notes what drawing has taken.
-    fn drew(&mut self, Report { times, depth, encode, .. }: &Report) {
+    fn drew(&mut self, Report { times, shade, depth, encode, .. }: &Report) {
         (self.prepare, self.render) = (rounded(times.prepare), rounded(times.render));
         (self.read_back, self.decide) = (rounded(times.read_back), rounded(times.decide));
         (self.depth, self.encode) = (rounded(*depth), rounded(*encode));
+        self.shade = rounded(*shade);
     }
 }
 
