@@ -6,7 +6,7 @@
 
 use std::{sync::Arc, time::Instant};
 
-pub use crate::about::Metadata;
+pub use crate::{about::Metadata, spent::Report};
 use planisphere_core::{
     camera::Region,
     drawing::{Control, Counts, Times},
@@ -149,26 +149,6 @@ impl Staged {
     pub fn commit(self) -> Result<Vec<String>, Error> {
         output::commit(self.0).map_err(Error::from)
     }
-}
-
-/// What was done on the way.
-#[derive(Clone, Debug, Default)]
-#[non_exhaustive]
-pub struct Report {
-    /// What drawing has met.
-    pub counts: Counts,
-    /// Milliseconds of drawing.
-    pub times: Times,
-    /// Milliseconds of samples to pixels.
-    pub shade: f64,
-    /// Milliseconds of distances.
-    pub depth: f64,
-    /// Milliseconds of planes to bytes.
-    pub encode: f64,
-    /// Whether any sphere is seen.
-    pub seen: bool,
-    /// What drew the picture, where that was not the renderer's own device, and why.
-    pub drawn_by: Option<String>,
 }
 
 impl Renderer {

@@ -42,6 +42,8 @@ mod renderer;
 mod request;
 mod scene;
 mod source;
+#[cfg(all(feature = "files", feature = "parts"))]
+mod spent;
 #[cfg(feature = "parts")]
 mod subject;
 mod turns;

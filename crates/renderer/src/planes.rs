@@ -17,7 +17,7 @@ use planisphere_io::{
 use crate::{
     Error,
     bands::{PIECE, bands},
-    files::Report,
+    spent::Report,
     subject::{Indices, Subject},
 };
 
