@@ -67,7 +67,9 @@ fn one_line_says_what_was_understood() {
     let folder = folder();
     let words = said(folder.path(), &["render", "run.xyz", "--device", "cpu"]);
     let lines: Vec<&str> = words.lines().collect();
-    assert_eq!(lines.len(), 1, "{words}");
+    // What was understood, and the look that was chosen.
+    assert_eq!(lines.len(), 2, "{words}");
+    assert!(lines[1].starts_with("look: matte, 4 x 4 samples a pixel ("), "{words}");
     for word in [
         "run.xyz: XYZ, frame 0 of several, 4 particles",
         "centres: pos",

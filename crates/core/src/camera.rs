@@ -329,18 +329,17 @@ impl View {
         if region.width == 0 || region.height == 0 {
             return Err(ViewError::Empty(region));
         }
-        if region.width.max(region.height) > MAX_SIDE {
-            return Err(ViewError::Large(region));
-        }
         let ImageSize { width, height } = self.image;
         let inside = |first: u32, count: u32, side: u32| {
             first.checked_add(count).is_some_and(|end| end <= side)
         };
-        if inside(region.x, region.width, width) && inside(region.y, region.height, height) {
-            Ok(())
-        } else {
-            Err(ViewError::Outside { region, image: self.image })
+        if !(inside(region.x, region.width, width) && inside(region.y, region.height, height)) {
+            return Err(ViewError::Outside { region, image: self.image });
         }
+        if region.width.max(region.height) > MAX_SIDE {
+            return Err(ViewError::Large(region));
+        }
+        Ok(())
     }
 
     /// `2 i + 1 - width`: the sample of column `i` lies at exactly `odd_x(i) * pitch_x / 2` on the

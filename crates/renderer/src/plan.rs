@@ -532,7 +532,7 @@ mod tests {
                 &["picture, ids, depths, what merging needs\n"],
                 &["not asked for"],
             ),
-            (|f| f.means = gpu(30), &["in 4 buffers"], &["sample"]),
+            (|f| f.means = gpu(30), &["in 4 buffers"], &["sample first"]),
             (|f| f.means = gpu(100), &["one buffer"], &[]),
             (
                 |f| f.region = Region { x: 3, y: 4, width: 50, height: 60 },
