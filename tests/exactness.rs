@@ -70,7 +70,7 @@ struct Drawer {
 
 /// Opens a device that must be there.
 fn open(choice: Choice) -> Drawer {
-    let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16 };
+    let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16, blocks: 0 };
     let device = match choice {
         Choice::Cpu => Engine::open(&Device::Cpu),
         Choice::Skipping => Ok(Engine::Cpu(Box::new(Cpu::with(effort)))),

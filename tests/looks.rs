@@ -163,7 +163,7 @@ struct Devices {
 
 impl Devices {
     fn open() -> Self {
-        let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16 };
+        let effort = Effort { order: 0, cover: 0, sample: 0, wave: 16, blocks: 0 };
         let gpu =
             || "these tests need both devices; on Debian: apt-get install mesa-vulkan-drivers";
         let any_gpu = Engine::open(&Device::Gpu).unwrap_or_else(|e| panic!("{e}\n{}", gpu()));

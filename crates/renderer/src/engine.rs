@@ -260,14 +260,10 @@ impl Engine {
         view: &View,
         region: Region,
     ) -> Result<Drawing, DrawError> {
-        match self {
-            Self::Cpu(cpu) => cpu.draw(scene, view, region),
-            #[cfg(feature = "gpu")]
-            Self::Gpu(hybrid) => hybrid.draw(scene, view, region),
-        }
+        self.draw_piece(scene, view, region, None)
     }
 
-    /// The same of a picture that is drawn in several pieces.
+    /// The same, as a piece of a picture that is drawn in several.
     ///
     /// # Errors
     /// As [`Engine::draw`].
@@ -276,12 +272,12 @@ impl Engine {
         scene: &Scene,
         view: &View,
         region: Region,
-        piece: Piece,
+        piece: Option<Piece>,
     ) -> Result<Drawing, DrawError> {
         match self {
             Self::Cpu(cpu) => cpu.draw_piece(scene, view, region, piece),
             #[cfg(feature = "gpu")]
-            Self::Gpu(hybrid) => hybrid.draw_piece(scene, view, region, Some(piece)),
+            Self::Gpu(hybrid) => hybrid.draw_piece(scene, view, region, piece),
         }
     }
 }

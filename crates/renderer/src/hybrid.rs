@@ -88,7 +88,7 @@ impl Hybrid {
         self.draw_piece(scene, view, region, None)
     }
 
-    /// The same of a picture that is drawn in several pieces.
+    /// The same, as a piece of a picture that is drawn in several.
     ///
     /// # Errors
     /// As [`crate::Engine::draw`].
@@ -149,10 +149,7 @@ impl Hybrid {
         if let Some(ordered) = self.gpu.ordered() {
             scene.kept::<Kept>().adopt(ordered);
         }
-        let mut drawing = match piece {
-            Some(piece) => self.cpu.draw_piece(scene, view, region, piece)?,
-            None => self.cpu.draw(scene, view, region)?,
-        };
+        let mut drawing = self.cpu.draw_piece(scene, view, region, piece)?;
         drawing.counts.undecided = region.pixels();
         Ok(drawing)
     }

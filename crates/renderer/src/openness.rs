@@ -83,7 +83,7 @@ fn found(engine: &mut Engine, scene: &Scene, control: &Control) -> Result<Arc<[u
         scene.check()?;
         let (view, piece) = (around.view(*direction), Piece { bands: 64, first: k == 0 });
         let whole = Region::whole(view.image);
-        let drawn = engine.draw_piece(core, &view, whole, piece);
+        let drawn = engine.draw_piece(core, &view, whole, Some(piece));
         let drawing = drawn.map_err(|error| device_error(engine, error))?;
         scene.check()?;
         drawing.ids.par_chunks(1 << 14).for_each(|ids| {

@@ -90,14 +90,6 @@ impl<'a> Pixels<'a> {
         Resolver::new(scene.core(), &self.truth, &self.style, columns)
     }
 
-    /// Finds what the look needs to know of the scene, before anything is drawn.
-    fn prepare(&mut self, engine: &mut Engine, control: &Control) -> Result<(), Error> {
-        if self.request.look.needs_openness() && self.openness.is_none() {
-            self.openness = Some(openness(engine, &self.request.scene, control)?);
-        }
-        Ok(())
-    }
-
     /// Pieces of a region, of about as many samples each as [`SAMPLES`] has.
     fn pieces(&self, region: Region) -> Vec<Region> {
         let (n, around) = (self.view.per_pixel, 2 * self.view.margin);
@@ -151,23 +143,24 @@ impl<'a> Pixels<'a> {
         to: &mut [P],
         ids: &mut [i32],
     ) -> Result<Spent, Error> {
-        let mut spent = Spent::default();
-        let needs = self.request.look.needs_openness() && self.openness.is_none();
-        let middle = if needs { 0.5 } else { 0.0 };
-        self.prepare(engine, &control.part([0.0, middle]))?;
-        let control = &control.part([middle, 1.0]);
-        let scene = &self.request.scene;
-        let pieces = self.pieces(region);
+        let (mut spent, scene) = (Spent::default(), &self.request.scene);
+        let mut control = control.clone();
+        if self.request.look.needs_openness() && self.openness.is_none() {
+            self.openness = Some(openness(engine, scene, &control.part([0.0, 0.5]))?);
+            control = control.part([0.5, 1.0]);
+        }
+        let resolver = self.resolver();
+        let (pieces, mut first) = (self.pieces(region), !self.begun);
         let mut part = Vec::new();
         let mut done = 0;
         for piece in pieces {
             scene.check()?;
             let share = [done, done + piece.pixels()].map(|n| n as f32 / region.pixels() as f32);
             engine.controlled_by(&control.part(share));
-            let resolver = self.resolver();
             let samples = resolver.samples(piece);
-            let of = Piece { bands: self.bands, first: !self.begun };
-            let drawn = engine.draw_piece(scene.core(), &self.view, samples, of);
+            let of = Piece { bands: self.bands, first };
+            first = false;
+            let drawn = engine.draw_piece(scene.core(), &self.view, samples, Some(of));
             let drawing = drawn.map_err(|error| device_error(engine, error))?;
             scene.check()?;
             control.check()?;
@@ -197,12 +190,12 @@ impl<'a> Pixels<'a> {
                     to[aside..aside + width].copy_from_slice(&from[margin..margin + width]);
                 }
             }
-            self.begun = true;
             spent.counts.add(&drawing.counts);
             spent.times.add(&drawing.times);
             engine.lend(drawing.ids);
             done += piece.pixels();
         }
+        self.begun = true;
         Ok(spent)
     }
 }

@@ -33,9 +33,6 @@ pub(super) struct Alike {
 }
 
 impl Alike {
-    /// Spheres of fewer samples across seldom cover a block whole and alone.
-    pub(super) const WORTH: f64 = 16.0 * BLOCK as f64;
-
     /// Of the screen coordinates of a tile's samples, which are infinite beyond the region.
     pub(super) fn new(columns: &[f64], rows: &[f64]) -> Self {
         let ends = |samples: &[f64]| {

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::{
     bins::{Binner, Entry, Keep, MOST_SHIFT, Window, Workspace, split},
-    camera::{Region, View},
+    camera::{Projection, Region, View},
     cover::{BLOCK, Cover},
     drawing::{Control, DrawError, Drawing, Met, Workload},
     exact::decide::Truth,
@@ -72,11 +72,13 @@ pub struct Effort {
     pub sample: usize,
     /// About how many entries one wave of lists has at most.
     pub wave: usize,
+    /// Spheres of so many pixels across are looked for in whole blocks.
+    pub blocks: u32,
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE }
+        Self { order: ORDERED, cover: 1 << 12, sample: SAMPLED, wave: WAVE, blocks: BLOCKS_FROM }
     }
 }
 
@@ -118,6 +120,9 @@ fn band_rows(width: u32) -> usize {
 pub fn bands(region: Region) -> usize {
     (region.height as usize).div_ceil(band_rows(region.width.max(1)))
 }
+
+/// Spheres of fewer pixels across seldom cover a block whole and alone.
+const BLOCKS_FROM: u32 = 16 * BLOCK as u32;
 
 /// A scene as it is drawn: with its order, if there is one.
 #[derive(Clone, Copy)]
@@ -198,8 +203,8 @@ impl Cpu {
         self.draw_as::<Exact>(scene, view, region)
     }
 
-    /// The same of a picture that is drawn in several pieces: all are one picture for what is found
-    /// of a scene that is drawn again.
+    /// The same, as a piece of a picture that is drawn in several: all are one picture for what is
+    /// found of a scene that is drawn again.
     ///
     /// # Errors
     /// As [`Cpu::draw`].
@@ -208,9 +213,9 @@ impl Cpu {
         scene: &Scene,
         view: &View,
         region: Region,
-        piece: Piece,
+        piece: Option<Piece>,
     ) -> Result<Drawing, DrawError> {
-        self.draw_in::<Exact>(scene, view, region, Some(piece))
+        self.draw_in::<Exact>(scene, view, region, piece)
     }
 
     /// As [`Cpu::draw`], in a mode that the caller brings: ids may be [`crate::ids::UNDECIDED`] or
@@ -312,7 +317,9 @@ impl Cpu {
         control.reach(LISTED);
         let drawn = host.now();
         let sums = Mutex::new(Sums::default());
-        let painter = Painter { scene, truth, binner: &binner, sums: &sums, control };
+        // Groups come without a list of their spheres.
+        let blocks = f64::INFINITY;
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, blocks, control };
         painter.paint_once::<M>(Source::Groups(lists, ordered), &depths, &mut drawing.ids);
         drawing.times.render += host.since(drawn);
         drawing.counts.tiles += binner.grid.tiles();
@@ -323,6 +330,16 @@ impl Cpu {
         drawing.counts.entries += sums.entries as usize;
         sums.add_to(&mut drawing.counts);
         Ok(true)
+    }
+
+    /// The radius, in view lengths, from which spheres are looked for in whole blocks; infinite if
+    /// there is none as large.
+    fn blocks(&self, scene: &Scene, truth: &Truth) -> f64 {
+        let view = truth.view();
+        let least = 0.5 * f64::from(self.effort.blocks) * view.pitch_x.to_f64();
+        let parallel = view.camera.projection == Projection::Orthographic;
+        let any = parallel && scene.bounds().max_radius >= least;
+        if any { least * truth.scale() } else { f64::INFINITY }
     }
 
     fn cover(&self, scene: &Scene, binner: &Binner) -> Option<Cover> {
@@ -343,7 +360,8 @@ impl Cpu {
         let binner = Binner::new(scene, truth, band, shift(band)).until(control);
         let grid = binner.grid;
         let sums = Mutex::new(Sums::default());
-        let painter = Painter { scene, truth, binner: &binner, sums: &sums, control };
+        let blocks = self.blocks(scene, truth);
+        let painter = Painter { scene, truth, binner: &binner, sums: &sums, blocks, control };
         let cover = self.cover(scene, &binner);
         let mut depths = Depths::of_tiles(cover.as_ref(), &grid);
         let mut front = vec![f64::INFINITY; grid.tiles()];

@@ -26,7 +26,7 @@ use crate::{
     project::{BATCH, Batch},
     projected::Projected,
     scene::{Ball, Scene},
-    simd::{LANES, Lanes},
+    simd::{self, LANES, Lanes},
     tile::{self, Mode},
 };
 
@@ -88,6 +88,9 @@ pub(super) struct Painter<'a> {
     /// Of what is listed.
     pub(super) binner: &'a Binner<'a>,
     pub(super) sums: &'a Mutex<Sums>,
+    /// Where a sphere of this radius is listed, in view lengths, it is found out which blocks show
+    /// one sphere.
+    pub(super) blocks: f64,
     /// Tiles that are begun after this is cancelled hold anything.
     pub(super) control: &'a Control,
 }
@@ -334,6 +337,7 @@ impl Painter<'_> {
             whole,
             drawn,
             open: [u8::MAX; BLOCKS],
+            settled: false,
             sums,
             mode,
         };
@@ -434,6 +438,8 @@ struct PaintTile<'a, M> {
     drawn: Drawn,
     /// A bit for each block of each row of blocks in which it is not known what is seen.
     open: [u8; BLOCKS],
+    /// Whether it is known of any.
+    settled: bool,
     sums: Sums,
     mode: PhantomData<M>,
 }
@@ -470,8 +476,12 @@ impl<M: Mode> PaintTile<'_, M> {
         place: &Place<'_>,
     ) {
         let Binner { projector, grid, .. } = self.painter.binner;
-        if !PERSPECTIVE && M::BOUNDS && self.whole.is_some() {
-            self.settle_blocks::<L>(lists.tile(grid, self.tile), place);
+        let blocks = self.painter.blocks;
+        if !PERSPECTIVE && M::BOUNDS && blocks < f64::INFINITY && self.whole.is_some() {
+            let entries = lists.tile(grid, self.tile);
+            if entries.iter().any(|entry| entry.sphere.r >= blocks) {
+                self.settle_blocks::<L>(entries, place);
+            }
         }
         for slab in 0..grid.slabs {
             let entries = lists.slab(grid, self.tile, slab);
@@ -503,11 +513,6 @@ impl<M: Mode> PaintTile<'_, M> {
     fn settle_blocks<L: Lanes>(&mut self, entries: &[Entry], place: &Place<'_>) {
         let Binner { projector, .. } = self.painter.binner;
         let [columns, rows] = place.samples();
-        let pitch = (columns[1] - columns[0]).abs();
-        let worth = |entry: &Entry| 2.0 * entry.sphere.r > Alike::WORTH * pitch;
-        if !entries.iter().any(worth) {
-            return;
-        }
         let mut alike = Alike::new(columns, rows);
         for entry in entries.iter().filter(|entry| self.without != Some(entry.index.0)) {
             let Entry { sphere, index, window } = entry;
@@ -518,6 +523,7 @@ impl<M: Mode> PaintTile<'_, M> {
             self.state.settle_block([column, row], id);
             self.depths.blocks[row * BLOCKS + column] = f64::NEG_INFINITY;
             self.open[row] &= !(1 << column);
+            self.settled = true;
             self.sums.alike += (BLOCK * BLOCK) as u64;
         }
         self.depths.farthest = self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -635,28 +641,26 @@ impl<M: Mode> PaintTile<'_, M> {
         let [left, right, top, bottom] = entry.window.map(usize::from);
         self.sums.entries += 1;
         let Entry { sphere, index, .. } = entry;
-        if self.open == [u8::MAX; BLOCKS] {
-            let (across, down) = ([left, right], top..bottom + 1);
-            self.sums.tests +=
-                ((right / LANES - left / LANES + 1) * LANES * (bottom - top + 1)) as u64;
-            self.state.draw::<L, PERSPECTIVE, M>(place, *index, sphere, cut, across, down);
+        if !PERSPECTIVE && self.settled {
+            self.sums.tests += simd::dispatch(InOpen::<M> {
+                state: self.state,
+                place,
+                entry,
+                cut,
+                open: &self.open,
+                mode: PhantomData,
+            });
             return;
         }
-        let window = (u8::MAX >> (BLOCKS - 1 - right / BLOCK)) & (u8::MAX << (left / BLOCK));
-        for row in top / BLOCK..=bottom / BLOCK {
-            let mut open = self.open[row] & window;
-            let down = top.max(row * BLOCK)..bottom.min(row * BLOCK + BLOCK - 1) + 1;
-            // Blocks side by side at once.
-            while open != 0 {
-                let first = open.trailing_zeros() as usize;
-                let count = (open >> first).trailing_ones() as usize;
-                open &= !(u8::MAX >> (BLOCKS - count) << first);
-                let across = [left.max(first * BLOCK), right.min((first + count) * BLOCK - 1)];
-                self.sums.tests += (count * BLOCK * down.len()) as u64;
-                let (index, down) = (*index, down.clone());
-                self.state.draw::<L, PERSPECTIVE, M>(place, index, sphere, cut, across, down);
-            }
-        }
+        self.sums.tests += ((right / LANES - left / LANES + 1) * LANES * (bottom - top + 1)) as u64;
+        self.state.draw::<L, PERSPECTIVE, M>(
+            place,
+            *index,
+            sphere,
+            cut,
+            [left, right],
+            top..bottom + 1,
+        );
     }
 
     /// Where spheres all but coincide: whether those that were drawn before hide this one. If not,
@@ -686,5 +690,42 @@ impl<M: Mode> PaintTile<'_, M> {
             self.depths.farthest =
                 self.depths.blocks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         }
+    }
+}
+
+/// A sphere in the blocks of which it is not known what they show, for parallel rays; apart, so that
+/// what most spheres need is compiled well. Gives how many pixels it was tested at.
+struct InOpen<'a, M> {
+    state: &'a mut Tile,
+    place: &'a Place<'a>,
+    entry: &'a Entry,
+    cut: bool,
+    open: &'a [u8; BLOCKS],
+    mode: PhantomData<M>,
+}
+
+impl<M: Mode> simd::Work for InOpen<'_, M> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> u64 {
+        let Self { state, place, entry: Entry { sphere, index, window }, cut, open, .. } = self;
+        let [left, right, top, bottom] = window.map(usize::from);
+        let window = (u8::MAX >> (BLOCKS - 1 - right / BLOCK)) & (u8::MAX << (left / BLOCK));
+        let mut tests = 0;
+        for row in top / BLOCK..=bottom / BLOCK {
+            let mut open = open[row] & window;
+            let down = top.max(row * BLOCK)..bottom.min(row * BLOCK + BLOCK - 1) + 1;
+            // Blocks side by side at once.
+            while open != 0 {
+                let first = open.trailing_zeros() as usize;
+                let count = (open >> first).trailing_ones() as usize;
+                open &= !(u8::MAX >> (BLOCKS - count) << first);
+                let across = [left.max(first * BLOCK), right.min((first + count) * BLOCK - 1)];
+                tests += (count * BLOCK * down.len()) as u64;
+                state.draw::<L, false, M>(place, *index, sphere, cut, across, down.clone());
+            }
+        }
+        tests
     }
 }
