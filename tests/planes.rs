@@ -222,6 +222,15 @@ fn planes_are_the_same_in_every_file() {
             assert!(off.abs() < 1e-5, "pixel {at}, axis {k}: {off}");
         }
     }
+    // They are those of the middles of pixels whatever the look, whose samples may be the same.
+    for look in [&["--look", "matte", "--aa", "1"][..], &["--outline", "2"], &["--aa", "2"]] {
+        let planes = ["render", "s.toml", "-o", "s.png", "--ids", "i.npy", "--depth", "d.npy"];
+        succeed(at, &[&planes[..], look].concat());
+        for (name, same) in [("i.npy", "ids.npy"), ("d.npy", "depth.npy")] {
+            let [found, wanted] = [name, same].map(|name| fs::read(at.join(name)).unwrap());
+            assert!(found == wanted, "{look:?}: {name}");
+        }
+    }
     // A part of the picture has the numbers of the whole.
     let part = ["render", "s.toml", "-o", "none", "--region", "10,9,20,7", "--normals", "n.npy"];
     succeed(at, &[&part[..], &["--positions", "p.npy"]].concat());

@@ -276,6 +276,15 @@ impl Bits {
     }
 }
 
+/// The bytes of blocks, for tests.
+#[cfg(test)]
+pub(crate) fn unpacked(packed: &[u8]) -> Vec<u8> {
+    let (mut bytes, all) = (Vec::new(), [packed, &LAST].concat());
+    let mut decoder = flate2::read::DeflateDecoder::new(all.as_slice());
+    std::io::Read::read_to_end(&mut decoder, &mut bytes).unwrap();
+    bytes
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

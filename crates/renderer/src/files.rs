@@ -1,5 +1,5 @@
-//! The way of a picture into files: PNG, ids, depths and what merging needs, band by band where the
-//! picture is so large that not even its ids should lie in memory.
+//! The way of a picture into files: colours in any format, planes of numbers and what merging needs,
+//! band by band where the picture is so large that not even its ids should lie in memory.
 //!
 //! Anything that gives ids, band by band, goes this way: a renderer, or parts that are merged.
 //! Files get their names when all of them are whole ([`Staged::commit`]).
@@ -111,6 +111,13 @@ impl Sinks {
         wanted.map(|(target, data)| Array::begin(target, data, subject)).collect()
     }
 
+    /// Whether something beside colours is wanted.
+    fn needs_ids(&self) -> bool {
+        let Self { ids, depth, normals, positions, planes, part, .. } = self;
+        let any = [ids, depth, normals, positions, planes, part].iter().any(|to| to.is_some());
+        any || self.picture.is_some() && self.kind == Kind::Exr
+    }
+
     /// What the picture's channels hold.
     fn channels(&self) -> Depth {
         match self.kind {
@@ -205,7 +212,8 @@ fn rendered(
         return Err(LookError { what: "a palette", words: words.into() }.into());
     }
     let pixels = shaded.then(|| Pixels::new(request)).transpose()?;
-    let mut source = Drawn { engine, request, pixels };
+    let keeps = sinks.needs_ids();
+    let mut source = Drawn { engine, request, pixels, keeps, ids: Vec::new() };
     let staged = of_request(request, sinks.first, control, |subject| {
         write(sinks, &request.look, subject, &mut report, told, &mut source)
     })?;
@@ -252,11 +260,26 @@ enum Deep {
     Linear(Vec<[f32; 4]>),
 }
 
+impl Deep {
+    /// So many pixels at a time, at most, as encoders take them; none of linear light.
+    fn rows(&self, piece: usize) -> Box<dyn Iterator<Item = Rows<'_>> + '_> {
+        match self {
+            Self::Eight(pixels) => Box::new(pixels.chunks(piece).map(Rows::Eight)),
+            Self::Sixteen(pixels) => Box::new(pixels.chunks(piece).map(Rows::Sixteen)),
+            Self::Linear(_) => Box::new(std::iter::empty()),
+        }
+    }
+}
+
 /// Drawn by an engine.
 struct Drawn<'a> {
     engine: &'a mut Engine,
     request: &'a Request,
     pixels: Option<Pixels<'a>>,
+    /// Whether ids are wanted, too: those of pixels of one sample are kept until they are asked
+    /// for.
+    keeps: bool,
+    ids: Vec<i32>,
 }
 
 impl Drawn<'_> {
@@ -270,7 +293,9 @@ impl Drawn<'_> {
         let Some(of) = &mut self.pixels else { return Ok(Vec::new()) };
         let mut pixels = Vec::new();
         sized(&mut pixels, band.pixels(), "colors")?;
-        let spent = of.draw(self.engine, band, control, &mut pixels, &mut [])?;
+        let keeps = self.keeps && of.has_ids();
+        sized(&mut self.ids, if keeps { band.pixels() } else { 0 }, "ids")?;
+        let spent = of.draw(self.engine, band, control, &mut pixels, &mut self.ids)?;
         self.note(&spent.counts, &spent.times, report);
         report.shade += spent.shade;
         report.seen |= spent.seen;
@@ -294,6 +319,9 @@ impl Source for Drawn<'_> {
         report: &mut Report,
         told: &mut dyn FnMut(Step),
     ) -> Result<Vec<i32>, Error> {
+        if !self.ids.is_empty() {
+            return Ok(std::mem::take(&mut self.ids));
+        }
         told(Step::Drawing);
         let of_band = Request { region: band, ..self.request.clone() };
         let drawing = drawn(self.engine, &of_band, control)?;
@@ -363,8 +391,7 @@ fn write(
     let colors = colors.transpose()?;
     let depth = sinks.channels();
     let by_pixels = shaded.is_some() && colors.is_some();
-    let by_ids = !arrays.is_empty() || all.is_some() || part.is_some() || sinks.kind == Kind::Exr;
-    let by_ids = by_ids || !by_pixels;
+    let by_ids = sinks.needs_ids() || !by_pixels;
     let mut planes = Planes { subject, part, arrays, all, colors };
 
     let whole = subject.meta.region;
@@ -594,16 +621,10 @@ impl<'a> Colors<'a> {
         let width = subject.meta.region.width as usize;
         let piece = (PIECE / width).max(1) * width;
         match (&mut self.form, pixels) {
-            (Form::Pixels(encoder, true), Deep::Eight(pixels)) => {
-                for some in pixels.chunks(piece) {
+            (Form::Pixels(encoder, true), pixels) => {
+                for some in pixels.rows(piece) {
                     subject.control.check()?;
-                    encoder.push(Rows::Eight(some)).map_err(|error| self.target.io(error))?;
-                }
-            }
-            (Form::Pixels(encoder, true), Deep::Sixteen(pixels)) => {
-                for some in pixels.chunks(piece) {
-                    subject.control.check()?;
-                    encoder.push(Rows::Sixteen(some)).map_err(|error| self.target.io(error))?;
+                    encoder.push(some).map_err(|error| self.target.io(error))?;
                 }
             }
             #[cfg(feature = "exr")]

@@ -134,18 +134,10 @@ fn expected(left: u8, up: u8, corner: u8) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use std::{io::Read, marker::PhantomData};
+    use std::marker::PhantomData;
 
     use super::*;
-    use crate::zlib::LAST;
-
-    /// Bytes of a band.
-    fn unpacked(packed: &[u8]) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let all = [packed, &LAST].concat();
-        flate2::read::DeflateDecoder::new(all.as_slice()).read_to_end(&mut bytes).unwrap();
-        bytes
-    }
+    use crate::zlib::unpacked;
 
     #[test]
     fn each_band_is_written_in_the_shorter_way() {

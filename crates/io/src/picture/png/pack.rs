@@ -147,17 +147,8 @@ fn zeros(bytes: &[u8]) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Read;
-
     use super::*;
-    use crate::{make::Random, zlib::LAST};
-
-    fn unpacked(packed: &[u8]) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let all = [packed, &LAST].concat();
-        flate2::read::DeflateDecoder::new(all.as_slice()).read_to_end(&mut bytes).unwrap();
-        bytes
-    }
+    use crate::{make::Random, zlib::unpacked};
 
     #[test]
     fn bytes_come_back() {
