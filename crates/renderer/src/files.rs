@@ -1,5 +1,5 @@
-//! The way of a picture into files: colours in any format, planes of numbers and what merging needs,
-//! band by band where the picture is so large that not even its ids should lie in memory.
+//! The way of a picture into files: colours in any format, planes of numbers and what merging
+//! needs, band by band where the picture is so large that not even its ids should lie in memory.
 //!
 //! Anything that gives ids, band by band, goes this way: a renderer, or parts that are merged.
 //! Files get their names when all of them are whole ([`Staged::commit`]).

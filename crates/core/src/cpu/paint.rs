@@ -693,8 +693,8 @@ impl<M: Mode> PaintTile<'_, M> {
     }
 }
 
-/// A sphere in the blocks of which it is not known what they show, for parallel rays; apart, so that
-/// what most spheres need is compiled well. Gives how many pixels it was tested at.
+/// A sphere in the blocks of which it is not known what they show, for parallel rays; apart, so
+/// that what most spheres need is compiled well. Gives how many pixels it was tested at.
 struct InOpen<'a, M> {
     state: &'a mut Tile,
     place: &'a Place<'a>,
